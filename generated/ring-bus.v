@@ -725,21 +725,15 @@ module RingHost(
   input         ports_0_signal,
   input         ports_0_search,
   input         ports_0_up,
-  input         ports_0_loses,
-  input         ports_0_noise,
   input         ports_1_signal,
   input         ports_1_search,
   input         ports_1_up,
-  input         ports_1_loses,
-  input         ports_1_noise,
   input  [1:0]  ring_mode,
   input         ring_guard,
   input         ring_alone,
   input         ring_cutOff,
   input         ring_stuck_0,
   input         ring_stuck_1,
-  input         ring_closes,
-  input         ring_latch,
   output        irq
 );
 
@@ -754,12 +748,6 @@ module RingHost(
   reg  [1:0] modeWas;
   reg        guardWas;
   reg  [1:0] events;
-  reg  [7:0] shown_5_2;
-  reg  [7:0] shown_6_2;
-  reg  [7:0] shown_7_2;
-  reg  [7:0] shown_8_2;
-  reg  [7:0] shown_9_2;
-  reg  [7:0] shown_10_2;
   wire       _clears_T = acknowledged & host_write;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -774,12 +762,6 @@ module RingHost(
       modeWas <= 2'h1;
       guardWas <= 1'h0;
       events <= 2'h0;
-      shown_5_2 <= 8'h0;
-      shown_6_2 <= 8'h0;
-      shown_7_2 <= 8'h0;
-      shown_8_2 <= 8'h0;
-      shown_9_2 <= 8'h0;
-      shown_10_2 <= 8'h0;
     end
     else begin
       acknowledged <= host_req & ~acknowledged;
@@ -801,18 +783,6 @@ module RingHost(
       events <=
         events & ~(_clears_T & host_addr[15:2] == 14'h10 & host_be[0] ? host_wdata[6:5] : 2'h0)
         | {modeWas != ring_mode | guardWas != ring_guard, upsWere != {ports_1_up, ports_0_up}};
-      if (ports_0_loses & shown_5_2 != 8'hFF)
-        shown_5_2 <= shown_5_2 + 8'h1;
-      if (ports_1_loses & shown_6_2 != 8'hFF)
-        shown_6_2 <= shown_6_2 + 8'h1;
-      if (ports_0_noise & shown_7_2 != 8'hFF)
-        shown_7_2 <= shown_7_2 + 8'h1;
-      if (ports_1_noise & shown_8_2 != 8'hFF)
-        shown_8_2 <= shown_8_2 + 8'h1;
-      if (ring_closes & shown_9_2 != 8'hFF)
-        shown_9_2 <= shown_9_2 + 8'h1;
-      if (ring_latch & shown_10_2 != 8'hFF)
-        shown_10_2 <= shown_10_2 + 8'h1;
     end
   end // always @(posedge, posedge)
   assign host_rdata =
@@ -839,8 +809,6 @@ module RingHost(
           2'h0,
           address}
        : 32'h0) | (host_addr[15:2] == 14'h6 ? {16'h0, upMs, 8'h0} : 32'h0)
-    | (host_addr[15:2] == 14'h8 ? {shown_8_2, shown_7_2, shown_6_2, shown_5_2} : 32'h0)
-    | (host_addr[15:2] == 14'hB ? {16'h0, shown_10_2, shown_9_2} : 32'h0)
     | (host_addr[15:2] == 14'h10 ? {9'h0, mask, 14'h0, events, 5'h0} : 32'h0);
   assign control_address = address;
   assign control_off = off;
@@ -871,7 +839,13 @@ module RingPorts(
   input  [31:0] host_wdata,
   input  [3:0]  host_be,
   output [31:0] host_rdata,
-  output        irq
+  output        irq,
+  output        counts_0,
+  output        counts_1,
+  output        counts_2,
+  output        counts_3,
+  output        counts_4,
+  output        counts_5
 );
 
   reg  [3:0] samples;
@@ -891,8 +865,6 @@ module RingPorts(
   wire       _ring_report_cutOff;
   wire       _ring_report_stuck_0;
   wire       _ring_report_stuck_1;
-  wire       _ring_report_closes;
-  wire       _ring_report_latch;
   wire       _ports_1_time_slow;
   wire       _ports_1_off;
   wire [7:0] _ports_1_upMs;
@@ -901,8 +873,6 @@ module RingPorts(
   wire       _ports_1_report_search;
   wire       _ports_1_report_up;
   wire       _ports_1_report_level;
-  wire       _ports_1_report_loses;
-  wire       _ports_1_report_noise;
   wire       _ports_0_time_slow;
   wire       _ports_0_off;
   wire [7:0] _ports_0_upMs;
@@ -911,8 +881,6 @@ module RingPorts(
   wire       _ports_0_report_search;
   wire       _ports_0_report_up;
   wire       _ports_0_report_level;
-  wire       _ports_0_report_loses;
-  wire       _ports_0_report_noise;
   wire       portClock_window = us & (&(timer[5:0]));
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
@@ -942,8 +910,8 @@ module RingPorts(
     .report_search (_ports_0_report_search),
     .report_up     (_ports_0_report_up),
     .report_level  (_ports_0_report_level),
-    .report_loses  (_ports_0_report_loses),
-    .report_noise  (_ports_0_report_noise)
+    .report_loses  (counts_0),
+    .report_noise  (counts_2)
   );
   assign _ports_1_time_slow = &samples;
   assign _ports_1_off = _front_control_off;
@@ -965,8 +933,8 @@ module RingPorts(
     .report_search (_ports_1_report_search),
     .report_up     (_ports_1_report_up),
     .report_level  (_ports_1_report_level),
-    .report_loses  (_ports_1_report_loses),
-    .report_noise  (_ports_1_report_noise)
+    .report_loses  (counts_1),
+    .report_noise  (counts_3)
   );
   BusMode ring (
     .clock           (clock),
@@ -993,8 +961,8 @@ module RingPorts(
     .report_cutOff   (_ring_report_cutOff),
     .report_stuck_0  (_ring_report_stuck_0),
     .report_stuck_1  (_ring_report_stuck_1),
-    .report_closes   (_ring_report_closes),
-    .report_latch    (_ring_report_latch)
+    .report_closes   (counts_4),
+    .report_latch    (counts_5)
   );
   BitClock bits (
     .clock           (clock),
@@ -1024,21 +992,15 @@ module RingPorts(
     .ports_0_signal  (_ports_0_report_signal),
     .ports_0_search  (_ports_0_report_search),
     .ports_0_up      (_ports_0_report_up),
-    .ports_0_loses   (_ports_0_report_loses),
-    .ports_0_noise   (_ports_0_report_noise),
     .ports_1_signal  (_ports_1_report_signal),
     .ports_1_search  (_ports_1_report_search),
     .ports_1_up      (_ports_1_report_up),
-    .ports_1_loses   (_ports_1_report_loses),
-    .ports_1_noise   (_ports_1_report_noise),
     .ring_mode       (_ring_report_mode),
     .ring_guard      (_ring_report_guard),
     .ring_alone      (_ring_report_alone),
     .ring_cutOff     (_ring_report_cutOff),
     .ring_stuck_0    (_ring_report_stuck_0),
     .ring_stuck_1    (_ring_report_stuck_1),
-    .ring_closes     (_ring_report_closes),
-    .ring_latch      (_ring_report_latch),
     .irq             (irq)
   );
 endmodule
@@ -2631,6 +2593,78 @@ module SlotStates(
   assign ended = ended_REG;
 endmodule
 
+module WordCounters(
+  input        clock,
+  input        reset,
+  input        events_0,
+  input        events_1,
+  input        events_2,
+  input        events_3,
+  input        events_4,
+  input        events_5,
+  output       waits,
+  output       job_valid,
+  output [7:0] job_bits_source,
+  output [7:0] job_bits_target,
+  output       job_bits_wide,
+  output [3:0] job_bits_bytes,
+  input        done
+);
+
+  reg  [4:0] at;
+  reg        isActive;
+  reg        waiting_0_0;
+  reg        waiting_0_1;
+  reg        waiting_0_2;
+  reg        waiting_0_3;
+  reg        waiting_3_0;
+  reg        waiting_3_1;
+  wire [7:0] _job_bits_source_output = {5'h11, at[4] ? {1'h1, at[1:0]} : {1'h0, at[3:2]}};
+  wire [3:0] _job_bits_bytes_T_1 = 4'h1 << at[1:0];
+  wire       _waiting_left_T_25 = isActive & done;
+  wire       _isMine_T = at == 5'h0;
+  wire       _isMine_T_2 = at == 5'h1;
+  wire       _isMine_T_4 = at == 5'h2;
+  wire       _isMine_T_6 = at == 5'h3;
+  wire       _isMine_T_8 = at == 5'hC;
+  wire       _isMine_T_10 = at == 5'hD;
+  wire       isMine =
+    _isMine_T & waiting_0_0 | _isMine_T_2 & waiting_0_1 | _isMine_T_4 & waiting_0_2 | _isMine_T_6 & waiting_0_3
+    | _isMine_T_8 & waiting_3_0 | _isMine_T_10 & waiting_3_1;
+  always @(posedge clock or posedge reset) begin
+    if (reset) begin
+      at <= 5'h0;
+      isActive <= 1'h0;
+      waiting_0_0 <= 1'h0;
+      waiting_0_1 <= 1'h0;
+      waiting_0_2 <= 1'h0;
+      waiting_0_3 <= 1'h0;
+      waiting_3_0 <= 1'h0;
+      waiting_3_1 <= 1'h0;
+    end
+    else begin
+      if (~(isActive | isMine))
+        at <= at + 5'h1;
+      if (isActive)
+        isActive <= ~done;
+      else
+        isActive <= isMine | isActive;
+      waiting_0_0 <= (_waiting_left_T_25 & _isMine_T ? waiting_0_0 - 1'h1 : waiting_0_0) | events_0;
+      waiting_0_1 <= (_waiting_left_T_25 & _isMine_T_2 ? waiting_0_1 - 1'h1 : waiting_0_1) | events_1;
+      waiting_0_2 <= (_waiting_left_T_25 & _isMine_T_4 ? waiting_0_2 - 1'h1 : waiting_0_2) | events_2;
+      waiting_0_3 <= (_waiting_left_T_25 & _isMine_T_6 ? waiting_0_3 - 1'h1 : waiting_0_3) | events_3;
+      waiting_3_0 <= (_waiting_left_T_25 & _isMine_T_8 ? waiting_3_0 - 1'h1 : waiting_3_0) | events_4;
+      waiting_3_1 <= (_waiting_left_T_25 & _isMine_T_10 ? waiting_3_1 - 1'h1 : waiting_3_1) | events_5;
+    end
+  end // always @(posedge, posedge)
+  assign waits = waiting_0_0 | waiting_0_1 | waiting_0_2 | waiting_0_3 | waiting_3_0 | waiting_3_1;
+  assign job_valid = isActive;
+  assign job_bits_source = _job_bits_source_output;
+  assign job_bits_target = _job_bits_source_output;
+  assign job_bits_wide = at[4];
+  assign job_bits_bytes = {_job_bits_bytes_T_1[3:1], at[1:0] == 2'h0 | at[4]};
+endmodule
+
 // external module DualPortRam
 
 module PortMemory(
@@ -2654,7 +2688,12 @@ module PortMemory(
   input         job_2_bits_write,
   input  [3:0]  job_2_bits_bytes,
   input  [31:0] job_2_bits_data,
-  output [2:0]  done,
+  input         job_3_valid,
+  input  [7:0]  job_3_bits_source,
+  input  [7:0]  job_3_bits_target,
+  input         job_3_bits_wide,
+  input  [3:0]  job_3_bits_bytes,
+  output [3:0]  done,
   output [31:0] word,
   input         order_valid,
   input  [3:0]  order_bits,
@@ -2670,62 +2709,66 @@ module PortMemory(
   wire [7:0]  _ram_readAddress;
   wire [31:0] _ram_readData;
   reg  [8:0]  clearing;
-  reg  [2:0]  reads;
-  reg  [2:0]  writes;
-  wire [2:0]  _atHand_T = reads | writes;
-  wire [2:0]  chosen = job_0_valid ? 3'h1 : job_1_valid ? 3'h2 : {job_2_valid, 2'h0};
-  wire        anyJob = clearing[8] & ~load_valid & _atHand_T == 3'h0 & (job_0_valid | job_1_valid | job_2_valid);
+  reg  [3:0]  reads;
+  reg  [3:0]  writes;
+  wire [3:0]  _atHand_T = reads | writes;
+  wire [3:0]  chosen = job_0_valid ? 4'h1 : job_1_valid ? 4'h2 : job_2_valid ? 4'h4 : {job_3_valid, 3'h0};
+  wire        anyJob =
+    clearing[8] & ~load_valid & _atHand_T == 4'h0 & (job_0_valid | job_1_valid | job_2_valid | job_3_valid);
   wire        _orderReady_output = clearing[8] & ~load_valid & ~anyJob;
   reg  [31:0] merged;
   reg  [3:0]  ups;
+  reg         isWide;
+  wire        _adds_T_15 = (&(merged[7:0])) & (&(merged[15:8]));
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       clearing <= 9'h0;
-      reads <= 3'h0;
-      writes <= 3'h0;
+      reads <= 4'h0;
+      writes <= 4'h0;
     end
     else begin
       if (clearing[8]) begin
       end
       else
         clearing <= clearing + 9'h1;
-      reads <= {3{anyJob}} & chosen;
+      reads <= {4{anyJob}} & chosen;
       writes <= reads;
     end
   end // always @(posedge, posedge)
-  wire [31:0] _atHand_T_8 =
+  wire [31:0] _atHand_T_10 =
     (_atHand_T[0] ? job_0_bits_data : 32'h0) | (_atHand_T[1] ? job_1_bits_data : 32'h0)
     | (_atHand_T[2] ? job_2_bits_data : 32'h0);
-  wire [3:0]  _atHand_T_13 =
-    (_atHand_T[0] ? job_0_bits_bytes : 4'h0) | (_atHand_T[1] ? 4'hC : 4'h0) | (_atHand_T[2] ? job_2_bits_bytes : 4'h0);
-  wire        _atHand_T_14 = _atHand_T[0] & job_0_bits_counts;
+  wire [3:0]  _atHand_T_18 =
+    (_atHand_T[0] ? job_0_bits_bytes : 4'h0) | (_atHand_T[1] ? 4'hC : 4'h0) | (_atHand_T[2] ? job_2_bits_bytes : 4'h0)
+    | (_atHand_T[3] ? job_3_bits_bytes : 4'h0);
+  wire        _atHand_T_32 = _atHand_T[0] & job_0_bits_counts | _atHand_T[3];
   always @(posedge clock) begin
     merged <=
-      {_atHand_T_13[3] & ~_atHand_T_14 ? _atHand_T_8[31:24] : _ram_readData[31:24],
-       _atHand_T_13[2] & ~_atHand_T_14 ? _atHand_T_8[23:16] : _ram_readData[23:16],
-       _atHand_T_13[1] & ~_atHand_T_14 ? _atHand_T_8[15:8] : _ram_readData[15:8],
-       _atHand_T_13[0] & ~_atHand_T_14 ? _atHand_T_8[7:0] : _ram_readData[7:0]};
-    ups <= {4{_atHand_T_14}} & _atHand_T_13;
+      {_atHand_T_18[3] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[31:24] : _ram_readData[31:24],
+       _atHand_T_18[2] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[23:16] : _ram_readData[23:16],
+       _atHand_T_18[1] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[15:8] : _ram_readData[15:8],
+       _atHand_T_18[0] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[7:0] : _ram_readData[7:0]};
+    ups <= {4{_atHand_T_32}} & _atHand_T_18;
+    isWide <= _atHand_T_32 & _atHand_T[3] & job_3_bits_wide;
   end // always @(posedge)
-  assign _ram_write = ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write);
+  assign _ram_write =
+    ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
-        | (_atHand_T[2] ? job_2_bits_target : 8'h0)
+        | (_atHand_T[2] ? job_2_bits_target : 8'h0) | (_atHand_T[3] ? job_3_bits_target : 8'h0)
       : clearing[7:0];
   assign _ram_writeData =
-    clearing[8]
-      ? {merged[31:24] + {7'h0, ups[3] & merged[31:24] != 8'hFF},
-         merged[23:16] + {7'h0, ups[2] & merged[23:16] != 8'hFF},
-         merged[15:8] + {7'h0, ups[1] & merged[15:8] != 8'hFF},
-         merged[7:0] + {7'h0, ups[0] & merged[7:0] != 8'hFF}}
-      : 32'h0;
+    {merged[31:24] + {7'h0, isWide ? ups[0] & _adds_T_15 & (&(merged[23:16])) : ups[3] & merged[31:24] != 8'hFF},
+     merged[23:16] + {7'h0, isWide ? ups[0] & _adds_T_15 : ups[2] & ~(&(merged[23:16]))},
+     merged[15:8] + {7'h0, isWide ? ups[0] & (&(merged[7:0])) : ups[1] & ~(&(merged[15:8]))},
+     merged[7:0] + {7'h0, ups[0] & (isWide | ~(&(merged[7:0])))}};
   assign _ram_readAddress =
     load_valid
       ? {2'h0, load_bits}
       : anyJob
           ? (chosen[0] ? job_0_bits_source : 8'h0) | (chosen[1] ? job_1_bits_source : 8'h0)
-            | (chosen[2] ? job_2_bits_source : 8'h0)
+            | (chosen[2] ? job_2_bits_source : 8'h0) | (chosen[3] ? job_3_bits_source : 8'h0)
           : order_valid ? {2'h0, order_bits, 2'h0} : {2'h1, filter_bits};
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -3068,6 +3111,7 @@ module PortHost(
   input         done,
   input  [31:0] data,
   input         waits,
+  input         counting,
   output        hold
 );
 
@@ -3087,6 +3131,7 @@ module PortHost(
   wire        inPort = host_addr[15:8] == 8'h1 & host_addr[7:6] == 2'h0;
   wire        inSlots = host_addr[15:8] == 8'h4;
   wire        inFilter = host_addr[15:8] == 8'h6 & ~(host_addr[7]);
+  wire        inCounters = host_addr[15:5] == 11'h1;
   reg  [4:0]  asking;
   wire        isRequest = host_write & inPort & host_addr[5:2] == 4'h8;
   wire [15:0] _GEN = {12'h0, asking[3:0]};
@@ -3101,8 +3146,7 @@ module PortHost(
   wire        copies = isCommit & ~second;
   wire [15:0] _isFree_T_1 = status_pending >> host_addr[7:4];
   wire        isDlc = inSlots & host_addr[3:2] == 2'h1;
-  wire [1:0]  page = {1'h0, inFilter} | {2{inPort}};
-  wire [7:0]  place = {page, host_addr[7:2]};
+  wire [7:0]  place = inCounters ? {5'h11, host_addr[4:2]} : {{1'h0, inFilter} | {2{inPort}}, host_addr[7:2]};
   wire        _shown_T_22 = inSlots | inFilter;
   reg  [31:0] host_rdata_REG;
   wire [7:0]  _now_T_3 = host_be[3] ? host_wdata[31:24] : {setting_sjw, setting_tseg2};
@@ -3156,7 +3200,7 @@ module PortHost(
     end
   end // always @(posedge, posedge)
   wire        inFrame = inPort & (&(host_addr[5:4]));
-  wire [23:0] _shown_T_33 =
+  wire [23:0] _shown_T_34 =
     {1'h0,
      inPort & ~(|(host_addr[5:2]))
        ? {status_impossible,
@@ -3177,11 +3221,11 @@ module PortHost(
   always @(posedge clock)
     host_rdata_REG <=
       {8'h0,
-       _shown_T_33[23:16],
-       {_shown_T_33[15:8], _shown_T_33[7:0] | (inPort & host_addr[5:2] == 4'h6 ? status_level : 8'h0)}
+       _shown_T_34[23:16],
+       {_shown_T_34[15:8], _shown_T_34[7:0] | (inPort & host_addr[5:2] == 4'h6 ? status_level : 8'h0)}
          | (inPort & host_addr[5:2] == 4'h8 ? status_pending : 16'h0)}
       | (inPort & host_addr[5:2] == 4'h9 ? {status_failed, status_sent} : 32'h0)
-      | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inPort & ~inFrame ? data : 32'h0);
+      | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inCounters | inPort & ~inFrame ? data : 32'h0);
   assign host_ack = acknowledged;
   assign host_rdata = host_rdata_REG;
   assign control_threeSamples = flags_threeSamples;
@@ -3213,9 +3257,9 @@ module PortHost(
   assign append_valid = _append_valid_T & ~(asking[4]) & wants;
   assign append_bits = asking[3:0];
   assign rxWord = host_addr[3:2];
-  assign job_valid = active & ~waits & (~isRequest | asking[4]);
+  assign job_valid = active & ~waits & ~(inCounters & counting) & (~isRequest | asking[4]);
   assign job_bits_source = _job_bits_source_T ? {7'h40, host_addr[2] & ~copies} : place;
-  assign job_bits_target = isCommit ? {page, host_addr[7:3], second} : inFilter ? {7'h40, host_addr[2]} : place;
+  assign job_bits_target = isCommit ? {place[7:1], second} : inFilter ? {7'h40, host_addr[2]} : place;
   assign job_bits_write = host_write & (_shown_T_22 | inPort & host_addr[5:2] == 4'h1);
   assign job_bits_bytes =
     copies | ~(host_write & (inSlots ? ~(_isFree_T_1[0]) : inFilter | ~flags_run))
@@ -3251,7 +3295,13 @@ module CanPort(
   output        events_overrun,
   output        bit_valid,
   output [10:0] bit_bits_prescaler,
-  output [6:0]  bit_bits_quanta
+  output [6:0]  bit_bits_quanta,
+  input         counts_0,
+  input         counts_1,
+  input         counts_2,
+  input         counts_3,
+  input         counts_4,
+  input         counts_5
 );
 
   wire        _front_status_integrating;
@@ -3297,10 +3347,17 @@ module CanPort(
   wire [3:0]  _memory_job_2_bits_bytes;
   wire [31:0] _memory_job_2_bits_data;
   wire [5:0]  _memory_filter_bits;
-  wire [2:0]  _memory_done;
+  wire [3:0]  _memory_done;
   wire [31:0] _memory_word;
   wire        _memory_filterReady;
   wire [31:0] _memory_data;
+  wire        _words_done;
+  wire        _words_waits;
+  wire        _words_job_valid;
+  wire [7:0]  _words_job_bits_source;
+  wire [7:0]  _words_job_bits_target;
+  wire        _words_job_bits_wide;
+  wire [3:0]  _words_job_bits_bytes;
   wire        _states_oneShot;
   wire [3:0]  _states_request_bits;
   wire [15:0] _states_abort;
@@ -3602,6 +3659,24 @@ module CanPort(
     .aborted       (_states_aborted),
     .ended         (_states_ended)
   );
+  assign _words_done = _memory_done[3];
+  WordCounters words (
+    .clock           (clock),
+    .reset           (reset),
+    .events_0        (counts_0),
+    .events_1        (counts_1),
+    .events_2        (counts_2),
+    .events_3        (counts_3),
+    .events_4        (counts_4),
+    .events_5        (counts_5),
+    .waits           (_words_waits),
+    .job_valid       (_words_job_valid),
+    .job_bits_source (_words_job_bits_source),
+    .job_bits_target (_words_job_bits_target),
+    .job_bits_wide   (_words_job_bits_wide),
+    .job_bits_bytes  (_words_job_bits_bytes),
+    .done            (_words_done)
+  );
   assign _memory_load_bits = {_states_current, _shift_load_bits};
   assign _memory_job_1_bits_data = {sofTime, 16'h0};
   assign _memory_filter_bits = {1'h0, _filter_read_bits};
@@ -3626,6 +3701,11 @@ module CanPort(
     .job_2_bits_write  (_memory_job_2_bits_write),
     .job_2_bits_bytes  (_memory_job_2_bits_bytes),
     .job_2_bits_data   (_memory_job_2_bits_data),
+    .job_3_valid       (_words_job_valid),
+    .job_3_bits_source (_words_job_bits_source),
+    .job_3_bits_target (_words_job_bits_target),
+    .job_3_bits_wide   (_words_job_bits_wide),
+    .job_3_bits_bytes  (_words_job_bits_bytes),
     .done              (_memory_done),
     .word              (_memory_word),
     .order_valid       (_order_read_valid),
@@ -3741,6 +3821,7 @@ module CanPort(
     .done                  (_front_done),
     .data                  (_memory_word),
     .waits                 (_recorder_clears),
+    .counting              (_words_waits),
     .hold                  (_filter_hold)
   );
   assign events_received = _fifo_accept_T & ~_fifo_drops;
@@ -3888,21 +3969,21 @@ module ring_bus(
   wire        _node_host_ack;
   wire [31:0] _node_host_rdata;
   wire        _node_irq;
-  wire [15:0] _cans_0_time;
-  wire        _cans_0_host_req;
-  wire        _cans_0_host_write;
-  wire [15:0] _cans_0_host_addr;
-  wire [31:0] _cans_0_host_wdata;
-  wire [3:0]  _cans_0_host_be;
-  wire        _cans_0_host_ack;
-  wire [31:0] _cans_0_host_rdata;
-  wire        _cans_0_events_received;
-  wire        _cans_0_events_slotDone;
-  wire        _cans_0_events_state;
-  wire        _cans_0_events_busError;
-  wire        _cans_0_events_overrun;
-  wire        _cans_0_bit_valid;
-  wire [10:0] _cans_0_bit_bits_prescaler;
+  wire [15:0] _portF_time;
+  wire        _portF_host_req;
+  wire        _portF_host_write;
+  wire [15:0] _portF_host_addr;
+  wire [31:0] _portF_host_wdata;
+  wire [3:0]  _portF_host_be;
+  wire        _portF_host_ack;
+  wire [31:0] _portF_host_rdata;
+  wire        _portF_events_received;
+  wire        _portF_events_slotDone;
+  wire        _portF_events_state;
+  wire        _portF_events_busError;
+  wire        _portF_events_overrun;
+  wire        _portF_bit_valid;
+  wire [10:0] _portF_bit_bits_prescaler;
   wire        _ring_drive;
   wire [17:0] _ring_timer;
   wire        _ring_quantum;
@@ -3914,9 +3995,17 @@ module ring_bus(
   wire        _ring_bus;
   wire [31:0] _ring_host_rdata;
   wire        _ring_irq;
+  wire        _ring_counts_0;
+  wire        _ring_counts_1;
+  wire        _ring_counts_2;
+  wire        _ring_counts_3;
+  wire        _ring_counts_4;
+  wire        _ring_counts_5;
   wire        _time_us;
   wire [31:0] _time_timer;
-  wire        isCan_0 = _wide_wide_addr[15:8] == 8'h1 | _wide_wide_addr[15:8] == 8'h4 | _wide_wide_addr[15:8] == 8'h6;
+  wire        isCan_0 =
+    _wide_wide_addr[15:8] == 8'h1 | _wide_wide_addr[15:8] == 8'h4 | _wide_wide_addr[15:8] == 8'h6
+    | _wide_wide_addr[15:5] == 11'h1;
   wire        _ring_host_req_T = _wide_wide_req & ~isCan_0;
   NodeTime time_0 (
     .clock (clock),
@@ -3950,35 +4039,47 @@ module ring_bus(
     .host_wdata (_ring_host_wdata),
     .host_be    (_ring_host_be),
     .host_rdata (_ring_host_rdata),
-    .irq        (_ring_irq)
+    .irq        (_ring_irq),
+    .counts_0   (_ring_counts_0),
+    .counts_1   (_ring_counts_1),
+    .counts_2   (_ring_counts_2),
+    .counts_3   (_ring_counts_3),
+    .counts_4   (_ring_counts_4),
+    .counts_5   (_ring_counts_5)
   );
-  assign _cans_0_time = _time_timer[15:0];
-  assign _cans_0_host_req = _wide_wide_req & isCan_0;
-  assign _cans_0_host_write = _wide_wide_write;
-  assign _cans_0_host_addr = _wide_wide_addr;
-  assign _cans_0_host_wdata = _wide_wide_wdata;
-  assign _cans_0_host_be = _wide_wide_be;
-  CanPort cans_0 (
+  assign _portF_time = _time_timer[15:0];
+  assign _portF_host_req = _wide_wide_req & isCan_0;
+  assign _portF_host_write = _wide_wide_write;
+  assign _portF_host_addr = _wide_wide_addr;
+  assign _portF_host_wdata = _wide_wide_wdata;
+  assign _portF_host_be = _wide_wide_be;
+  CanPort portF (
     .clock              (clock),
     .reset              (reset),
     .rx                 (_ring_bus),
     .tx                 (_ring_drive),
-    .time_0             (_cans_0_time),
-    .host_req           (_cans_0_host_req),
-    .host_write         (_cans_0_host_write),
-    .host_addr          (_cans_0_host_addr),
-    .host_wdata         (_cans_0_host_wdata),
-    .host_be            (_cans_0_host_be),
-    .host_ack           (_cans_0_host_ack),
-    .host_rdata         (_cans_0_host_rdata),
-    .events_received    (_cans_0_events_received),
-    .events_slotDone    (_cans_0_events_slotDone),
-    .events_state       (_cans_0_events_state),
-    .events_busError    (_cans_0_events_busError),
-    .events_overrun     (_cans_0_events_overrun),
-    .bit_valid          (_cans_0_bit_valid),
-    .bit_bits_prescaler (_cans_0_bit_bits_prescaler),
-    .bit_bits_quanta    (_ring_quanta)
+    .time_0             (_portF_time),
+    .host_req           (_portF_host_req),
+    .host_write         (_portF_host_write),
+    .host_addr          (_portF_host_addr),
+    .host_wdata         (_portF_host_wdata),
+    .host_be            (_portF_host_be),
+    .host_ack           (_portF_host_ack),
+    .host_rdata         (_portF_host_rdata),
+    .events_received    (_portF_events_received),
+    .events_slotDone    (_portF_events_slotDone),
+    .events_state       (_portF_events_state),
+    .events_busError    (_portF_events_busError),
+    .events_overrun     (_portF_events_overrun),
+    .bit_valid          (_portF_bit_valid),
+    .bit_bits_prescaler (_portF_bit_bits_prescaler),
+    .bit_bits_quanta    (_ring_quanta),
+    .counts_0           (_ring_counts_0),
+    .counts_1           (_ring_counts_1),
+    .counts_2           (_ring_counts_2),
+    .counts_3           (_ring_counts_3),
+    .counts_4           (_ring_counts_4),
+    .counts_5           (_ring_counts_5)
   );
   assign _node_host_write = _wide_wide_write;
   assign _node_host_addr = _wide_wide_addr;
@@ -3995,16 +4096,16 @@ module ring_bus(
     .host_ack       (_node_host_ack),
     .host_rdata     (_node_host_rdata),
     .time_0         (_time_timer),
-    .can_0_received (_cans_0_events_received),
-    .can_0_slotDone (_cans_0_events_slotDone),
-    .can_0_state    (_cans_0_events_state),
-    .can_0_busError (_cans_0_events_busError),
-    .can_0_overrun  (_cans_0_events_overrun),
+    .can_0_received (_portF_events_received),
+    .can_0_slotDone (_portF_events_slotDone),
+    .can_0_state    (_portF_events_state),
+    .can_0_busError (_portF_events_busError),
+    .can_0_overrun  (_portF_events_overrun),
     .irq            (_node_irq)
   );
-  assign _wide_wide_ack = _node_host_ack | _cans_0_host_ack;
+  assign _wide_wide_ack = _node_host_ack | _portF_host_ack;
   assign _wide_wide_rdata =
-    (isCan_0 ? 32'h0 : _node_host_rdata | _ring_host_rdata) | (isCan_0 ? _cans_0_host_rdata : 32'h0);
+    (isCan_0 ? 32'h0 : _node_host_rdata | _ring_host_rdata) | (isCan_0 ? _portF_host_rdata : 32'h0);
   WideHost wide (
     .narrow_req   (host_req),
     .narrow_write (host_write),
@@ -4024,8 +4125,8 @@ module ring_bus(
   TimeQuanta ticks (
     .clock     (clock),
     .reset     (reset),
-    .possible  (_cans_0_bit_valid),
-    .prescaler (_cans_0_bit_bits_prescaler),
+    .possible  (_portF_bit_valid),
+    .prescaler (_portF_bit_bits_prescaler),
     .quantum   (_ring_quantum)
   );
   assign irq = _node_irq | _ring_irq;

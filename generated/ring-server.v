@@ -1251,21 +1251,15 @@ module RingHost(
   input         ports_0_signal,
   input         ports_0_search,
   input         ports_0_up,
-  input         ports_0_loses,
-  input         ports_0_noise,
   input         ports_1_signal,
   input         ports_1_search,
   input         ports_1_up,
-  input         ports_1_loses,
-  input         ports_1_noise,
   input  [1:0]  ring_mode,
   input         ring_guard,
   input         ring_alone,
   input         ring_cutOff,
   input         ring_stuck_0,
   input         ring_stuck_1,
-  input         ring_closes,
-  input         ring_latch,
   output        irq
 );
 
@@ -1280,12 +1274,6 @@ module RingHost(
   reg  [1:0] modeWas;
   reg        guardWas;
   reg  [1:0] events;
-  reg  [7:0] shown_5_2;
-  reg  [7:0] shown_6_2;
-  reg  [7:0] shown_7_2;
-  reg  [7:0] shown_8_2;
-  reg  [7:0] shown_9_2;
-  reg  [7:0] shown_10_2;
   wire       _clears_T = acknowledged & host_write;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -1300,12 +1288,6 @@ module RingHost(
       modeWas <= 2'h1;
       guardWas <= 1'h0;
       events <= 2'h0;
-      shown_5_2 <= 8'h0;
-      shown_6_2 <= 8'h0;
-      shown_7_2 <= 8'h0;
-      shown_8_2 <= 8'h0;
-      shown_9_2 <= 8'h0;
-      shown_10_2 <= 8'h0;
     end
     else begin
       acknowledged <= host_req & ~acknowledged;
@@ -1327,18 +1309,6 @@ module RingHost(
       events <=
         events & ~(_clears_T & host_addr[15:2] == 14'h10 & host_be[0] ? host_wdata[6:5] : 2'h0)
         | {modeWas != ring_mode | guardWas != ring_guard, upsWere != {ports_1_up, ports_0_up}};
-      if (ports_0_loses & shown_5_2 != 8'hFF)
-        shown_5_2 <= shown_5_2 + 8'h1;
-      if (ports_1_loses & shown_6_2 != 8'hFF)
-        shown_6_2 <= shown_6_2 + 8'h1;
-      if (ports_0_noise & shown_7_2 != 8'hFF)
-        shown_7_2 <= shown_7_2 + 8'h1;
-      if (ports_1_noise & shown_8_2 != 8'hFF)
-        shown_8_2 <= shown_8_2 + 8'h1;
-      if (ring_closes & shown_9_2 != 8'hFF)
-        shown_9_2 <= shown_9_2 + 8'h1;
-      if (ring_latch & shown_10_2 != 8'hFF)
-        shown_10_2 <= shown_10_2 + 8'h1;
     end
   end // always @(posedge, posedge)
   assign host_rdata =
@@ -1365,8 +1335,6 @@ module RingHost(
           2'h0,
           address}
        : 32'h0) | (host_addr[15:2] == 14'h6 ? {16'h0, upMs, 8'h0} : 32'h0)
-    | (host_addr[15:2] == 14'h8 ? {shown_8_2, shown_7_2, shown_6_2, shown_5_2} : 32'h0)
-    | (host_addr[15:2] == 14'hB ? {16'h0, shown_10_2, shown_9_2} : 32'h0)
     | (host_addr[15:2] == 14'h10 ? {9'h0, mask, 14'h0, events, 5'h0} : 32'h0);
   assign control_address = address;
   assign control_off = off;
@@ -1398,6 +1366,12 @@ module RingPorts(
   input  [3:0]  host_be,
   output [31:0] host_rdata,
   output        irq,
+  output        counts_0,
+  output        counts_1,
+  output        counts_2,
+  output        counts_3,
+  output        counts_4,
+  output        counts_5,
   input         relay_on,
   input         relay_send_0,
   input         relay_send_1,
@@ -1435,8 +1409,6 @@ module RingPorts(
   wire       _ring_report_cutOff;
   wire       _ring_report_stuck_0;
   wire       _ring_report_stuck_1;
-  wire       _ring_report_closes;
-  wire       _ring_report_latch;
   wire       _ports_1_optical;
   wire       _ports_1_time_slow;
   wire       _ports_1_off;
@@ -1446,8 +1418,6 @@ module RingPorts(
   wire       _ports_1_report_search;
   wire       _ports_1_report_up;
   wire       _ports_1_report_level;
-  wire       _ports_1_report_loses;
-  wire       _ports_1_report_noise;
   wire       _ports_0_optical;
   wire       _ports_0_time_slow;
   wire       _ports_0_off;
@@ -1457,8 +1427,6 @@ module RingPorts(
   wire       _ports_0_report_search;
   wire       _ports_0_report_up;
   wire       _ports_0_report_level;
-  wire       _ports_0_report_loses;
-  wire       _ports_0_report_noise;
   wire       portClock_window = us & (&(timer[5:0]));
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
@@ -1492,8 +1460,8 @@ module RingPorts(
     .report_search (_ports_0_report_search),
     .report_up     (_ports_0_report_up),
     .report_level  (_ports_0_report_level),
-    .report_loses  (_ports_0_report_loses),
-    .report_noise  (_ports_0_report_noise)
+    .report_loses  (counts_0),
+    .report_noise  (counts_2)
   );
   assign _ports_1_optical = optical_1 & ~_front_ring_stuck_1_T;
   assign _ports_1_time_slow = &samples;
@@ -1517,8 +1485,8 @@ module RingPorts(
     .report_search (_ports_1_report_search),
     .report_up     (_ports_1_report_up),
     .report_level  (_ports_1_report_level),
-    .report_loses  (_ports_1_report_loses),
-    .report_noise  (_ports_1_report_noise)
+    .report_loses  (counts_1),
+    .report_noise  (counts_3)
   );
   assign _ring_level_0 = _ports_0_report_level | relay_on;
   assign _ring_level_1 = _ports_1_report_level | relay_on;
@@ -1550,8 +1518,8 @@ module RingPorts(
     .report_cutOff   (_ring_report_cutOff),
     .report_stuck_0  (_ring_report_stuck_0),
     .report_stuck_1  (_ring_report_stuck_1),
-    .report_closes   (_ring_report_closes),
-    .report_latch    (_ring_report_latch)
+    .report_closes   (counts_4),
+    .report_latch    (counts_5)
   );
   BitClock bits (
     .clock           (clock),
@@ -1583,21 +1551,15 @@ module RingPorts(
     .ports_0_signal  (_ports_0_report_signal),
     .ports_0_search  (_ports_0_report_search),
     .ports_0_up      (_ports_0_report_up),
-    .ports_0_loses   (_ports_0_report_loses),
-    .ports_0_noise   (_ports_0_report_noise),
     .ports_1_signal  (_ports_1_report_signal),
     .ports_1_search  (_ports_1_report_search),
     .ports_1_up      (_ports_1_report_up),
-    .ports_1_loses   (_ports_1_report_loses),
-    .ports_1_noise   (_ports_1_report_noise),
     .ring_mode       (_ring_report_mode),
     .ring_guard      (_ring_report_guard),
     .ring_alone      (_ring_report_alone),
     .ring_cutOff     (_ring_report_cutOff),
     .ring_stuck_0    (_front_ring_stuck_0),
     .ring_stuck_1    (_front_ring_stuck_1),
-    .ring_closes     (_ring_report_closes),
-    .ring_latch      (_ring_report_latch),
     .irq             (irq)
   );
   assign relay_up_0 = _ports_0_report_up;
@@ -3208,6 +3170,155 @@ module SlotStates(
   assign ended = ended_REG;
 endmodule
 
+module WordCounters(
+  input        clock,
+  input        reset,
+  input        events_0,
+  input        events_1,
+  input        events_2,
+  input        events_3,
+  input        events_4,
+  input        events_5,
+  input        events_6,
+  input        events_7,
+  input        events_8,
+  input        events_9,
+  input        events_10,
+  input        events_11,
+  input        events_12,
+  input        events_13,
+  input        events_14,
+  input        events_15,
+  input        events_16,
+  input        events_17,
+  input        events_18,
+  input        events_19,
+  output       waits,
+  output       job_valid,
+  output [7:0] job_bits_source,
+  output [7:0] job_bits_target,
+  output       job_bits_wide,
+  output [3:0] job_bits_bytes,
+  input        done
+);
+
+  reg  [4:0] at;
+  reg        isActive;
+  reg        waiting_0_0;
+  reg        waiting_0_1;
+  reg        waiting_0_2;
+  reg        waiting_0_3;
+  reg        waiting_3_0;
+  reg        waiting_3_1;
+  reg        waiting_1_0;
+  reg        waiting_1_1;
+  reg        waiting_1_2;
+  reg        waiting_1_3;
+  reg  [1:0] waiting_2_0;
+  reg  [1:0] waiting_2_1;
+  reg  [4:0] waiting_2_2;
+  reg  [4:0] waiting_2_3;
+  reg  [1:0] waiting_3_2;
+  reg  [1:0] waiting_3_3;
+  reg        waiting_4_all;
+  reg        waiting_5_all;
+  reg  [1:0] waiting_6_all;
+  reg  [4:0] waiting_7_all;
+  wire [7:0] _job_bits_source_output = {5'h11, at[4] ? {1'h1, at[1:0]} : {1'h0, at[3:2]}};
+  wire [3:0] _job_bits_bytes_T_1 = 4'h1 << at[1:0];
+  wire       _waiting_left_T_95 = isActive & done;
+  wire       _isMine_T = at == 5'h0;
+  wire       _isMine_T_2 = at == 5'h1;
+  wire       _isMine_T_4 = at == 5'h2;
+  wire       _isMine_T_6 = at == 5'h3;
+  wire       _isMine_T_8 = at == 5'hC;
+  wire       _isMine_T_10 = at == 5'hD;
+  wire       _isMine_T_12 = at == 5'h4;
+  wire       _isMine_T_14 = at == 5'h5;
+  wire       _isMine_T_16 = at == 5'h6;
+  wire       _isMine_T_18 = at == 5'h7;
+  wire       _isMine_T_20 = at == 5'h8;
+  wire       _isMine_T_22 = at == 5'h9;
+  wire       _isMine_T_24 = at == 5'hA;
+  wire       _isMine_T_26 = at == 5'hB;
+  wire       _isMine_T_28 = at == 5'hE;
+  wire       _isMine_T_30 = at == 5'hF;
+  wire       _isMine_T_32 = at == 5'h10;
+  wire       _isMine_T_34 = at == 5'h11;
+  wire       _isMine_T_36 = at == 5'h12;
+  wire       _isMine_T_38 = at == 5'h13;
+  wire       isMine =
+    _isMine_T & waiting_0_0 | _isMine_T_2 & waiting_0_1 | _isMine_T_4 & waiting_0_2 | _isMine_T_6 & waiting_0_3
+    | _isMine_T_8 & waiting_3_0 | _isMine_T_10 & waiting_3_1 | _isMine_T_12 & waiting_1_0 | _isMine_T_14 & waiting_1_1
+    | _isMine_T_16 & waiting_1_2 | _isMine_T_18 & waiting_1_3 | _isMine_T_20 & (|waiting_2_0) | _isMine_T_22
+    & (|waiting_2_1) | _isMine_T_24 & (|waiting_2_2) | _isMine_T_26 & (|waiting_2_3) | _isMine_T_28 & (|waiting_3_2)
+    | _isMine_T_30 & (|waiting_3_3) | _isMine_T_32 & waiting_4_all | _isMine_T_34 & waiting_5_all | _isMine_T_36
+    & (|waiting_6_all) | _isMine_T_38 & (|waiting_7_all);
+  always @(posedge clock or posedge reset) begin
+    if (reset) begin
+      at <= 5'h0;
+      isActive <= 1'h0;
+      waiting_0_0 <= 1'h0;
+      waiting_0_1 <= 1'h0;
+      waiting_0_2 <= 1'h0;
+      waiting_0_3 <= 1'h0;
+      waiting_3_0 <= 1'h0;
+      waiting_3_1 <= 1'h0;
+      waiting_1_0 <= 1'h0;
+      waiting_1_1 <= 1'h0;
+      waiting_1_2 <= 1'h0;
+      waiting_1_3 <= 1'h0;
+      waiting_2_0 <= 2'h0;
+      waiting_2_1 <= 2'h0;
+      waiting_2_2 <= 5'h0;
+      waiting_2_3 <= 5'h0;
+      waiting_3_2 <= 2'h0;
+      waiting_3_3 <= 2'h0;
+      waiting_4_all <= 1'h0;
+      waiting_5_all <= 1'h0;
+      waiting_6_all <= 2'h0;
+      waiting_7_all <= 5'h0;
+    end
+    else begin
+      if (~(isActive | isMine))
+        at <= at + 5'h1;
+      if (isActive)
+        isActive <= ~done;
+      else
+        isActive <= isMine | isActive;
+      waiting_0_0 <= (_waiting_left_T_95 & _isMine_T ? waiting_0_0 - 1'h1 : waiting_0_0) | events_0;
+      waiting_0_1 <= (_waiting_left_T_95 & _isMine_T_2 ? waiting_0_1 - 1'h1 : waiting_0_1) | events_1;
+      waiting_0_2 <= (_waiting_left_T_95 & _isMine_T_4 ? waiting_0_2 - 1'h1 : waiting_0_2) | events_2;
+      waiting_0_3 <= (_waiting_left_T_95 & _isMine_T_6 ? waiting_0_3 - 1'h1 : waiting_0_3) | events_3;
+      waiting_3_0 <= (_waiting_left_T_95 & _isMine_T_8 ? waiting_3_0 - 1'h1 : waiting_3_0) | events_4;
+      waiting_3_1 <= (_waiting_left_T_95 & _isMine_T_10 ? waiting_3_1 - 1'h1 : waiting_3_1) | events_5;
+      waiting_1_0 <= (_waiting_left_T_95 & _isMine_T_12 ? waiting_1_0 - 1'h1 : waiting_1_0) | events_6;
+      waiting_1_1 <= (_waiting_left_T_95 & _isMine_T_14 ? waiting_1_1 - 1'h1 : waiting_1_1) | events_7;
+      waiting_1_2 <= (_waiting_left_T_95 & _isMine_T_16 ? waiting_1_2 - 1'h1 : waiting_1_2) | events_8;
+      waiting_1_3 <= (_waiting_left_T_95 & _isMine_T_18 ? waiting_1_3 - 1'h1 : waiting_1_3) | events_9;
+      waiting_2_0 <= (_waiting_left_T_95 & _isMine_T_20 ? waiting_2_0 - 2'h1 : waiting_2_0) + {1'h0, events_10};
+      waiting_2_1 <= (_waiting_left_T_95 & _isMine_T_22 ? waiting_2_1 - 2'h1 : waiting_2_1) + {1'h0, events_11};
+      waiting_2_2 <= (_waiting_left_T_95 & _isMine_T_24 ? waiting_2_2 - 5'h1 : waiting_2_2) + {4'h0, events_12};
+      waiting_2_3 <= (_waiting_left_T_95 & _isMine_T_26 ? waiting_2_3 - 5'h1 : waiting_2_3) + {4'h0, events_13};
+      waiting_3_2 <= (_waiting_left_T_95 & _isMine_T_28 ? waiting_3_2 - 2'h1 : waiting_3_2) + {1'h0, events_14};
+      waiting_3_3 <= (_waiting_left_T_95 & _isMine_T_30 ? waiting_3_3 - 2'h1 : waiting_3_3) + {1'h0, events_15};
+      waiting_4_all <= (_waiting_left_T_95 & _isMine_T_32 ? waiting_4_all - 1'h1 : waiting_4_all) | events_16;
+      waiting_5_all <= (_waiting_left_T_95 & _isMine_T_34 ? waiting_5_all - 1'h1 : waiting_5_all) | events_17;
+      waiting_6_all <= (_waiting_left_T_95 & _isMine_T_36 ? waiting_6_all - 2'h1 : waiting_6_all) + {1'h0, events_18};
+      waiting_7_all <= (_waiting_left_T_95 & _isMine_T_38 ? waiting_7_all - 5'h1 : waiting_7_all) + {4'h0, events_19};
+    end
+  end // always @(posedge, posedge)
+  assign waits =
+    waiting_0_0 | waiting_0_1 | waiting_0_2 | waiting_0_3 | waiting_3_0 | waiting_3_1 | waiting_1_0 | waiting_1_1
+    | waiting_1_2 | waiting_1_3 | (|waiting_2_0) | (|waiting_2_1) | (|waiting_2_2) | (|waiting_2_3) | (|waiting_3_2)
+    | (|waiting_3_3) | waiting_4_all | waiting_5_all | (|waiting_6_all) | (|waiting_7_all);
+  assign job_valid = isActive;
+  assign job_bits_source = _job_bits_source_output;
+  assign job_bits_target = _job_bits_source_output;
+  assign job_bits_wide = at[4];
+  assign job_bits_bytes = {_job_bits_bytes_T_1[3:1], at[1:0] == 2'h0 | at[4]};
+endmodule
+
 // external module DualPortRam
 
 module PortMemory(
@@ -3231,7 +3342,12 @@ module PortMemory(
   input         job_2_bits_write,
   input  [3:0]  job_2_bits_bytes,
   input  [31:0] job_2_bits_data,
-  output [2:0]  done,
+  input         job_3_valid,
+  input  [7:0]  job_3_bits_source,
+  input  [7:0]  job_3_bits_target,
+  input         job_3_bits_wide,
+  input  [3:0]  job_3_bits_bytes,
+  output [3:0]  done,
   output [31:0] word,
   input         order_valid,
   input  [3:0]  order_bits,
@@ -3247,62 +3363,66 @@ module PortMemory(
   wire [7:0]  _ram_readAddress;
   wire [31:0] _ram_readData;
   reg  [8:0]  clearing;
-  reg  [2:0]  reads;
-  reg  [2:0]  writes;
-  wire [2:0]  _atHand_T = reads | writes;
-  wire [2:0]  chosen = job_0_valid ? 3'h1 : job_1_valid ? 3'h2 : {job_2_valid, 2'h0};
-  wire        anyJob = clearing[8] & ~load_valid & _atHand_T == 3'h0 & (job_0_valid | job_1_valid | job_2_valid);
+  reg  [3:0]  reads;
+  reg  [3:0]  writes;
+  wire [3:0]  _atHand_T = reads | writes;
+  wire [3:0]  chosen = job_0_valid ? 4'h1 : job_1_valid ? 4'h2 : job_2_valid ? 4'h4 : {job_3_valid, 3'h0};
+  wire        anyJob =
+    clearing[8] & ~load_valid & _atHand_T == 4'h0 & (job_0_valid | job_1_valid | job_2_valid | job_3_valid);
   wire        _orderReady_output = clearing[8] & ~load_valid & ~anyJob;
   reg  [31:0] merged;
   reg  [3:0]  ups;
+  reg         isWide;
+  wire        _adds_T_15 = (&(merged[7:0])) & (&(merged[15:8]));
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       clearing <= 9'h0;
-      reads <= 3'h0;
-      writes <= 3'h0;
+      reads <= 4'h0;
+      writes <= 4'h0;
     end
     else begin
       if (clearing[8]) begin
       end
       else
         clearing <= clearing + 9'h1;
-      reads <= {3{anyJob}} & chosen;
+      reads <= {4{anyJob}} & chosen;
       writes <= reads;
     end
   end // always @(posedge, posedge)
-  wire [31:0] _atHand_T_8 =
+  wire [31:0] _atHand_T_10 =
     (_atHand_T[0] ? job_0_bits_data : 32'h0) | (_atHand_T[1] ? job_1_bits_data : 32'h0)
     | (_atHand_T[2] ? job_2_bits_data : 32'h0);
-  wire [3:0]  _atHand_T_13 =
-    (_atHand_T[0] ? job_0_bits_bytes : 4'h0) | (_atHand_T[1] ? 4'hC : 4'h0) | (_atHand_T[2] ? job_2_bits_bytes : 4'h0);
-  wire        _atHand_T_14 = _atHand_T[0] & job_0_bits_counts;
+  wire [3:0]  _atHand_T_18 =
+    (_atHand_T[0] ? job_0_bits_bytes : 4'h0) | (_atHand_T[1] ? 4'hC : 4'h0) | (_atHand_T[2] ? job_2_bits_bytes : 4'h0)
+    | (_atHand_T[3] ? job_3_bits_bytes : 4'h0);
+  wire        _atHand_T_32 = _atHand_T[0] & job_0_bits_counts | _atHand_T[3];
   always @(posedge clock) begin
     merged <=
-      {_atHand_T_13[3] & ~_atHand_T_14 ? _atHand_T_8[31:24] : _ram_readData[31:24],
-       _atHand_T_13[2] & ~_atHand_T_14 ? _atHand_T_8[23:16] : _ram_readData[23:16],
-       _atHand_T_13[1] & ~_atHand_T_14 ? _atHand_T_8[15:8] : _ram_readData[15:8],
-       _atHand_T_13[0] & ~_atHand_T_14 ? _atHand_T_8[7:0] : _ram_readData[7:0]};
-    ups <= {4{_atHand_T_14}} & _atHand_T_13;
+      {_atHand_T_18[3] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[31:24] : _ram_readData[31:24],
+       _atHand_T_18[2] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[23:16] : _ram_readData[23:16],
+       _atHand_T_18[1] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[15:8] : _ram_readData[15:8],
+       _atHand_T_18[0] & ~_atHand_T_32 | ~(clearing[8]) ? _atHand_T_10[7:0] : _ram_readData[7:0]};
+    ups <= {4{_atHand_T_32}} & _atHand_T_18;
+    isWide <= _atHand_T_32 & _atHand_T[3] & job_3_bits_wide;
   end // always @(posedge)
-  assign _ram_write = ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write);
+  assign _ram_write =
+    ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
-        | (_atHand_T[2] ? job_2_bits_target : 8'h0)
+        | (_atHand_T[2] ? job_2_bits_target : 8'h0) | (_atHand_T[3] ? job_3_bits_target : 8'h0)
       : clearing[7:0];
   assign _ram_writeData =
-    clearing[8]
-      ? {merged[31:24] + {7'h0, ups[3] & merged[31:24] != 8'hFF},
-         merged[23:16] + {7'h0, ups[2] & merged[23:16] != 8'hFF},
-         merged[15:8] + {7'h0, ups[1] & merged[15:8] != 8'hFF},
-         merged[7:0] + {7'h0, ups[0] & merged[7:0] != 8'hFF}}
-      : 32'h0;
+    {merged[31:24] + {7'h0, isWide ? ups[0] & _adds_T_15 & (&(merged[23:16])) : ups[3] & merged[31:24] != 8'hFF},
+     merged[23:16] + {7'h0, isWide ? ups[0] & _adds_T_15 : ups[2] & ~(&(merged[23:16]))},
+     merged[15:8] + {7'h0, isWide ? ups[0] & (&(merged[7:0])) : ups[1] & ~(&(merged[15:8]))},
+     merged[7:0] + {7'h0, ups[0] & (isWide | ~(&(merged[7:0])))}};
   assign _ram_readAddress =
     load_valid
       ? {2'h0, load_bits}
       : anyJob
           ? (chosen[0] ? job_0_bits_source : 8'h0) | (chosen[1] ? job_1_bits_source : 8'h0)
-            | (chosen[2] ? job_2_bits_source : 8'h0)
+            | (chosen[2] ? job_2_bits_source : 8'h0) | (chosen[3] ? job_3_bits_source : 8'h0)
           : order_valid ? {2'h0, order_bits, 2'h0} : {2'h1, filter_bits};
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -3645,6 +3765,7 @@ module PortHost(
   input         done,
   input  [31:0] data,
   input         waits,
+  input         counting,
   output        hold
 );
 
@@ -3664,6 +3785,7 @@ module PortHost(
   wire        inPort = host_addr[15:8] == 8'h1 & host_addr[7:6] == 2'h0;
   wire        inSlots = host_addr[15:8] == 8'h4;
   wire        inFilter = host_addr[15:8] == 8'h6 & ~(host_addr[7]);
+  wire        inCounters = host_addr[15:5] == 11'h1;
   reg  [4:0]  asking;
   wire        isRequest = host_write & inPort & host_addr[5:2] == 4'h8;
   wire [15:0] _GEN = {12'h0, asking[3:0]};
@@ -3678,8 +3800,7 @@ module PortHost(
   wire        copies = isCommit & ~second;
   wire [15:0] _isFree_T_1 = status_pending >> host_addr[7:4];
   wire        isDlc = inSlots & host_addr[3:2] == 2'h1;
-  wire [1:0]  page = {1'h0, inFilter} | {2{inPort}};
-  wire [7:0]  place = {page, host_addr[7:2]};
+  wire [7:0]  place = inCounters ? {5'h11, host_addr[4:2]} : {{1'h0, inFilter} | {2{inPort}}, host_addr[7:2]};
   wire        _shown_T_22 = inSlots | inFilter;
   reg  [31:0] host_rdata_REG;
   wire [7:0]  _now_T_3 = host_be[3] ? host_wdata[31:24] : {setting_sjw, setting_tseg2};
@@ -3733,7 +3854,7 @@ module PortHost(
     end
   end // always @(posedge, posedge)
   wire        inFrame = inPort & (&(host_addr[5:4]));
-  wire [23:0] _shown_T_33 =
+  wire [23:0] _shown_T_34 =
     {1'h0,
      inPort & ~(|(host_addr[5:2]))
        ? {status_impossible,
@@ -3754,11 +3875,11 @@ module PortHost(
   always @(posedge clock)
     host_rdata_REG <=
       {8'h0,
-       _shown_T_33[23:16],
-       {_shown_T_33[15:8], _shown_T_33[7:0] | (inPort & host_addr[5:2] == 4'h6 ? status_level : 8'h0)}
+       _shown_T_34[23:16],
+       {_shown_T_34[15:8], _shown_T_34[7:0] | (inPort & host_addr[5:2] == 4'h6 ? status_level : 8'h0)}
          | (inPort & host_addr[5:2] == 4'h8 ? status_pending : 16'h0)}
       | (inPort & host_addr[5:2] == 4'h9 ? {status_failed, status_sent} : 32'h0)
-      | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inPort & ~inFrame ? data : 32'h0);
+      | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inCounters | inPort & ~inFrame ? data : 32'h0);
   assign host_ack = acknowledged;
   assign host_rdata = host_rdata_REG;
   assign control_threeSamples = flags_threeSamples;
@@ -3790,9 +3911,9 @@ module PortHost(
   assign append_valid = _append_valid_T & ~(asking[4]) & wants;
   assign append_bits = asking[3:0];
   assign rxWord = host_addr[3:2];
-  assign job_valid = active & ~waits & (~isRequest | asking[4]);
+  assign job_valid = active & ~waits & ~(inCounters & counting) & (~isRequest | asking[4]);
   assign job_bits_source = _job_bits_source_T ? {7'h40, host_addr[2] & ~copies} : place;
-  assign job_bits_target = isCommit ? {page, host_addr[7:3], second} : inFilter ? {7'h40, host_addr[2]} : place;
+  assign job_bits_target = isCommit ? {place[7:1], second} : inFilter ? {7'h40, host_addr[2]} : place;
   assign job_bits_write = host_write & (_shown_T_22 | inPort & host_addr[5:2] == 4'h1);
   assign job_bits_bytes =
     copies | ~(host_write & (inSlots ? ~(_isFree_T_1[0]) : inFilter | ~flags_run))
@@ -3829,6 +3950,26 @@ module CanPort(
   output        bit_valid,
   output [10:0] bit_bits_prescaler,
   output [6:0]  bit_bits_quanta,
+  input         counts_0,
+  input         counts_1,
+  input         counts_2,
+  input         counts_3,
+  input         counts_4,
+  input         counts_5,
+  input         counts_6,
+  input         counts_7,
+  input         counts_8,
+  input         counts_9,
+  input         counts_10,
+  input         counts_11,
+  input         counts_12,
+  input         counts_13,
+  input         counts_14,
+  input         counts_15,
+  input         counts_16,
+  input         counts_17,
+  input         counts_18,
+  input         counts_19,
   input         relay_on,
   output        relay_append_valid,
   output [3:0]  relay_append_bits,
@@ -3917,11 +4058,18 @@ module CanPort(
   wire        _memory_order_valid;
   wire [3:0]  _memory_order_bits;
   wire [5:0]  _memory_filter_bits;
-  wire [2:0]  _memory_done;
+  wire [3:0]  _memory_done;
   wire [31:0] _memory_word;
   wire        _memory_orderReady;
   wire        _memory_filterReady;
   wire [31:0] _memory_data;
+  wire        _words_done;
+  wire        _words_waits;
+  wire        _words_job_valid;
+  wire [7:0]  _words_job_bits_source;
+  wire [7:0]  _words_job_bits_target;
+  wire        _words_job_bits_wide;
+  wire [3:0]  _words_job_bits_bytes;
   wire        _states_oneShot;
   wire [3:0]  _states_request_bits;
   wire [15:0] _states_abort;
@@ -4232,6 +4380,38 @@ module CanPort(
     .aborted          (_states_aborted),
     .ended            (_states_ended)
   );
+  assign _words_done = _memory_done[3];
+  WordCounters words (
+    .clock           (clock),
+    .reset           (reset),
+    .events_0        (counts_0),
+    .events_1        (counts_1),
+    .events_2        (counts_2),
+    .events_3        (counts_3),
+    .events_4        (counts_4),
+    .events_5        (counts_5),
+    .events_6        (counts_6),
+    .events_7        (counts_7),
+    .events_8        (counts_8),
+    .events_9        (counts_9),
+    .events_10       (counts_10),
+    .events_11       (counts_11),
+    .events_12       (counts_12),
+    .events_13       (counts_13),
+    .events_14       (counts_14),
+    .events_15       (counts_15),
+    .events_16       (counts_16),
+    .events_17       (counts_17),
+    .events_18       (counts_18),
+    .events_19       (counts_19),
+    .waits           (_words_waits),
+    .job_valid       (_words_job_valid),
+    .job_bits_source (_words_job_bits_source),
+    .job_bits_target (_words_job_bits_target),
+    .job_bits_wide   (_words_job_bits_wide),
+    .job_bits_bytes  (_words_job_bits_bytes),
+    .done            (_words_done)
+  );
   assign _memory_load_valid = relay_on ? relay_load_valid : _shift_load_valid;
   assign _memory_load_bits = relay_on ? relay_load_bits : {_states_current, _shift_load_bits};
   assign _memory_job_1_valid = relay_on ? relay_stamp_valid : stamps;
@@ -4260,6 +4440,11 @@ module CanPort(
     .job_2_bits_write  (_memory_job_2_bits_write),
     .job_2_bits_bytes  (_memory_job_2_bits_bytes),
     .job_2_bits_data   (_memory_job_2_bits_data),
+    .job_3_valid       (_words_job_valid),
+    .job_3_bits_source (_words_job_bits_source),
+    .job_3_bits_target (_words_job_bits_target),
+    .job_3_bits_wide   (_words_job_bits_wide),
+    .job_3_bits_bytes  (_words_job_bits_bytes),
     .done              (_memory_done),
     .word              (_memory_word),
     .order_valid       (_memory_order_valid),
@@ -4380,6 +4565,7 @@ module CanPort(
     .done                  (_front_done),
     .data                  (_memory_word),
     .waits                 (_recorder_clears),
+    .counting              (_words_waits),
     .hold                  (_filter_hold)
   );
   assign events_received = _fifo_accept_T_1 & ~_fifo_drops;
@@ -6058,8 +6244,6 @@ module OwnFrames(
   output        counts_repeated
 );
 
-  wire        nextIsNew_1;
-  wire        nextIsNew_0;
   wire [7:0]  r2_repeats;
   wire        _choice_entry_bits_begun;
   wire        _choice_entry_bits_waits_0;
@@ -6121,18 +6305,14 @@ module OwnFrames(
   reg         isLate_1;
   reg         isDue_0;
   reg         isDue_1;
-  wire [13:0] _ahead_T = homes_0_sequence - next;
-  wire        isUsed = hasHome_0 & isDue_0 & (|state);
-  wire        isData = homes_0_kind == 2'h0;
-  wire        isLife = homes_0_kind == 2'h1;
-  wire [13:0] _ahead_T_1 = homes_1_sequence - next;
-  wire        isUsed_1 = hasHome_1 & isDue_1 & (|state);
-  wire        isData_1 = homes_1_kind == 2'h0;
-  wire        isLife_1 = homes_1_kind == 2'h1;
+  reg         isOwn_0;
+  reg         isOwn_1;
   wire        isIt_0 = isFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == entry_bits_slot;
   wire        isIt_1 = isFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == entry_bits_slot;
-  wire [15:0] _GEN =
-    {12'h0, entry_valid ? entry_bits_slot : phase == 5'h18 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot};
+  wire        looked1 = phase == 5'h18;
+  wire [3:0]  it_slot = looked1 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot;
+  wire        it_isNew = looked1 ? _choice_next_1_bits_isNew : _choice_next_0_bits_isNew;
+  wire [15:0] _GEN = {12'h0, entry_valid ? entry_bits_slot : it_slot};
   wire [15:0] _isPending_T = pending >> _GEN;
   wire [15:0] _isBegun_T = begunMap >> _GEN;
   wire        isOnWay = isFirst ? announces : _isBegun_T[0];
@@ -6152,11 +6332,8 @@ module OwnFrames(
   wire [1:0]  r0_copies_1 = hasBegun_1 ? 2'h2 : isFresh ? {1'h0, wereUp_1} : _records_readData[3:2];
   wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : r0_copies_0;
   wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : r0_copies_1;
-  wire        came_0 =
-    isUsed & (announces ? isLife : isData & (&(_ahead_T[13:4]))) & (isFirst | homes_0_sequence[3:0] == r3_sequence);
-  wire        came_1 =
-    isUsed_1 & (announces ? isLife_1 : isData_1 & (&(_ahead_T_1[13:4])))
-    & (isFirst | homes_1_sequence[3:0] == r3_sequence);
+  wire        came_0 = isOwn_0 & (isFirst | homes_0_sequence[3:0] == r3_sequence);
+  wire        came_1 = isOwn_1 & (isFirst | homes_1_sequence[3:0] == r3_sequence);
   wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;
   wire        _GEN_0 = came_0 & _isConfirmed_T_22;
   wire [1:0]  r2_copies_0 = _GEN_0 ? 2'h3 : r1_copies_0;
@@ -6200,16 +6377,25 @@ module OwnFrames(
   wire        _GEN_6 =
     ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_4 | _GEN_5) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
-  wire [1:0]  _counts_sent_T = {nextIsNew_1, nextIsNew_0};
-  assign nextIsNew_0 = begins_0 & ~lifeWaits_0 & _choice_next_0_bits_isNew & ~(_isBegun_T[0]);
-  assign nextIsNew_1 = begins_1 & ~lifeWaits_1 & _choice_next_1_bits_isNew & ~(_isBegun_T[0]);
+  wire        isLife1 = looked1 ? lifeWaits_1 : lifeWaits_0;
+  wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T[0]);
   wire [15:0] oneSlot = 16'h1 << _GEN;
   wire        _unitNow_T = unitSeen | unit;
+  wire [1:0]  due_kind = _walk_output ? homes_1_kind : homes_0_kind;
+  wire [13:0] due_sequence = _walk_output ? homes_1_sequence : homes_0_sequence;
+  wire        isUsed = (_walk_output ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
+  wire [13:0] _ahead_T = due_sequence - next;
+  wire        isData = due_kind == 2'h0;
+  wire        isLife = due_kind == 2'h1;
+  wire        isBehind = _ahead_T[13] & (&(_ahead_T[12:4]));
   wire [13:0] _GEN_7 = {7'h0, setting_life};
-  wire [9:0]  _highBefore_T_1 = next[13:4] - 10'h1;
-  wire        _GEN_8 = restart | ~setting_on;
-  wire [3:0]  low = _choice_next_0_bits_isNew ? next[3:0] - 4'h1 : _choice_next_0_bits_sequence;
-  wire [3:0]  low_1 = _choice_next_1_bits_isNew ? next[3:0] - 4'h1 : _choice_next_1_bits_sequence;
+  wire        _GEN_8 = phase == 5'h1;
+  wire        _GEN_9 =
+    isUsed & (isData ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_7);
+  wire        _GEN_10 = _GEN_8 & _GEN_9;
+  wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : looked1 ? _choice_next_1_bits_sequence : _choice_next_0_bits_sequence;
+  wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
+  wire        _GEN_11 = restart | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -6240,13 +6426,15 @@ module OwnFrames(
       isLate_1 <= 1'h0;
       isDue_0 <= 1'h0;
       isDue_1 <= 1'h0;
+      isOwn_0 <= 1'h0;
+      isOwn_1 <= 1'h0;
       began_0 <= 1'h0;
       began_1 <= 1'h0;
       beganNew_0 <= 1'h0;
       beganNew_1 <= 1'h0;
     end
     else begin
-      if (_GEN_8) begin
+      if (_GEN_11) begin
         state <= 2'h0;
         next <= 14'h0;
       end
@@ -6257,26 +6445,14 @@ module OwnFrames(
           else if (tells)
             state <= 2'h1;
         end
-        if (nextIsNew_1)
-          next <= next + 14'h1;
-        else if (nextIsNew_0)
+        if (nextIsNew)
           next <= next + 14'h1;
       end
-      isCounting <= ~_GEN_8 & (isFirst ? isListening : isCounting);
-      isAhead <= ~_GEN_8 & (nextIsNew_1 | nextIsNew_0 | isAhead);
-      inConflict <=
-        ~_GEN_8
-        & (_walk_output
-           & (|{isUsed_1
-                  & (isData_1
-                       ? isAhead & ~(_ahead_T_1[13]) & _ahead_T_1[12:0] != 13'h1FFF
-                       : isLife_1 & homes_1_sequence != _GEN_7),
-                isUsed
-                  & (isData
-                       ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF
-                       : isLife & homes_0_sequence != _GEN_7)}) | inConflict);
+      isCounting <= ~_GEN_11 & (isFirst ? isListening : isCounting);
+      isAhead <= ~_GEN_11 & (nextIsNew | isAhead);
+      inConflict <= ~_GEN_11 & (_walk_output ? _GEN_9 | _GEN_10 | inConflict : _GEN_10 | inConflict);
       if (setting_on) begin
-        if (|_counts_sent_T)
+        if (nextIsNew)
           begunMap <= begunMap | oneSlot;
         else
           begunMap <= ({16{~_ends_valid_output}} | ~oneSlot) & begunMap;
@@ -6301,26 +6477,28 @@ module OwnFrames(
       end
       leavesReg_0_valid <= setting_on & (begins_0 | ~(down_0 & _look_T) & leavesReg_0_valid);
       if (begins_0) begin
-        leavesReg_0_isLife <= lifeWaits_0;
-        leavesReg_0_slot <= _choice_next_0_bits_slot;
-        leavesReg_0_sequence <=
-          lifeWaits_0 ? _GEN_7 : nextIsNew_0 ? next : {low >= next[3:0] ? _highBefore_T_1 : next[13:4], low};
+        leavesReg_0_isLife <= isLife1;
+        leavesReg_0_slot <= it_slot;
+        leavesReg_0_sequence <= isLife1 ? _GEN_7 : sequence_0;
       end
       leavesReg_1_valid <= setting_on & (begins_1 | ~(down_1 & _look_T) & leavesReg_1_valid);
       if (begins_1) begin
-        leavesReg_1_isLife <= lifeWaits_1;
-        leavesReg_1_slot <= _choice_next_1_bits_slot;
-        leavesReg_1_sequence <=
-          lifeWaits_1 ? _GEN_7 : nextIsNew_1 ? next : {low_1 >= next[3:0] ? _highBefore_T_1 : next[13:4], low_1};
+        leavesReg_1_isLife <= isLife1;
+        leavesReg_1_slot <= it_slot;
+        leavesReg_1_sequence <= isLife1 ? _GEN_7 : sequence_0;
       end
       hasHome_0 <= setting_on & (home_0_valid | ~(_look_T & isDue_0) & hasHome_0);
       hasHome_1 <= setting_on & (home_1_valid | ~(_look_T & isDue_1) & hasHome_1);
       isNew_0 <= received_0 | ~tick & isNew_0;
       isNew_1 <= received_1 | ~tick & isNew_1;
+      if (_GEN_8)
+        isOwn_0 <= isUsed & (announces ? isLife : isData & isBehind);
+      if (_walk_output)
+        isOwn_1 <= isUsed & (announces ? isLife : isData & isBehind);
       began_0 <= setting_on & (begins_0 | ~_look_T & began_0);
       began_1 <= setting_on & (begins_1 | ~_look_T & began_1);
-      beganNew_0 <= setting_on & (begins_0 ? nextIsNew_0 : ~_look_T & beganNew_0);
-      beganNew_1 <= setting_on & (begins_1 ? nextIsNew_1 : ~_look_T & beganNew_1);
+      beganNew_0 <= setting_on & (begins_0 ? nextIsNew : ~_look_T & beganNew_0);
+      beganNew_1 <= setting_on & (begins_1 ? nextIsNew : ~_look_T & beganNew_1);
     end
   end // always @(posedge, posedge)
   wire        _lifeWaits_1_T_7 = r3_copies_0 == 2'h1;
@@ -6416,7 +6594,7 @@ module OwnFrames(
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
   assign conflict = inConflict;
-  assign counts_sent = |_counts_sent_T;
+  assign counts_sent = nextIsNew;
   assign counts_confirmed = entry_valid & well;
   assign counts_failed = entry_valid & fails;
   assign counts_repeated = _records_io_write_T & repeats;
@@ -6599,36 +6777,71 @@ module Receiving(
   wire        isRead = left == 3'h0 & ~got;
   wire        _GEN = mine | skips;
   reg  [3:0]  step;
-  reg         searches;
-  reg         searched;
-  reg  [31:0] named;
   reg  [3:0]  dlc;
   reg         isOddDlc;
   wire        isReserved = word[29] | ~(word[31]) & (|(word[28:11]));
   wire        ready_0 = isWhole_0 & isKnown_0;
   wire        _GEN_0 = step == 4'h0;
   wire        _GEN_1 = ready_0 | isWhole_1 & isKnown_1;
-  wire        _GEN_2 = (|{isAsked_1, isAsked_0}) & ~searches;
+  wire [1:0]  _GEN_2 = {isAsked_1, isAsked_0};
   wire        _GEN_3 = step == 4'h1;
-  wire        _GEN_4 = _GEN_0 | ~(_GEN_3 & isRead & ~port);
-  wire        _GEN_5 = _GEN_0 | ~(_GEN_3 & isRead & port);
-  wire        _GEN_6 = _GEN_0 | ~(_GEN_3 & isRead);
-  wire        _GEN_7 = step == 4'h2;
-  wire        _GEN_8 = step == 4'h3;
+  wire        _GEN_4 = step == 4'h2;
+  wire        _GEN_5 = _GEN_4 & found & ~port;
+  wire        _GEN_6 = _GEN_4 & found & port;
+  wire        _GEN_7 = step == 4'h3;
+  wire        _GEN_8 = _GEN_3 | _GEN_4;
   wire        _GEN_9 = step == 4'h4;
-  wire        _GEN_10 = done | ~_frame_valid_output;
-  wire        _GEN_11 = done & takes & (port ? isMatch_1 : isMatch_0);
-  wire        _GEN_12 = _GEN_10 & _GEN_11;
-  wire        _GEN_13 = step == 4'h5;
-  wire        _GEN_14 = searches & found;
-  wire        _GEN_15 = _GEN_14 & ~searched;
-  wire        _GEN_16 = _GEN_14 & searched;
-  assign _frame_valid_output = step == 4'h4 & (|(word[28:22]));
-  wire        _store_bits_T = step == 4'h5;
-  wire        _store_bits_T_1 = step == 4'h6;
+  wire        _GEN_10 = step == 4'h5;
+  wire        _GEN_11 = done | ~_frame_valid_output;
+  wire        _GEN_12 = done & takes & (port ? isMatch_1 : isMatch_0);
+  wire        _GEN_13 = _GEN_11 & _GEN_12;
+  wire        _GEN_14 = step == 4'h6;
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez (step)
+      4'b0000:
+        casez_tmp = _GEN_1 ? 4'h3 : (|_GEN_2) ? 4'h1 : step;
+      4'b0001:
+        casez_tmp = isRead ? {2'h0, ~isReserved, 1'h0} : step;
+      4'b0010:
+        casez_tmp = found | _GEN_1 | (port ? identified_1 : identified_0) ? 4'h0 : step;
+      4'b0011:
+        casez_tmp = isRead ? 4'h4 : step;
+      4'b0100:
+        casez_tmp = isRead ? 4'h5 : step;
+      4'b0101:
+        casez_tmp = _GEN_11 ? (_GEN_12 ? 4'h6 : 4'h0) : step;
+      4'b0110:
+        casez_tmp = isRead ? 4'h7 : step;
+      4'b0111:
+        casez_tmp = isRead ? 4'h8 : step;
+      4'b1000:
+        casez_tmp = isRead ? 4'h9 : step;
+      4'b1001:
+        casez_tmp = 4'h0;
+      4'b1010:
+        casez_tmp = step;
+      4'b1011:
+        casez_tmp = step;
+      4'b1100:
+        casez_tmp = step;
+      4'b1101:
+        casez_tmp = step;
+      4'b1110:
+        casez_tmp = step;
+      default:
+        casez_tmp = step;
+    endcase
+  end // always @(*)
+  assign _frame_valid_output = step == 4'h5 & (|(word[28:22]));
+  wire        _store_bits_T = step == 4'h6;
+  wire        _store_bits_T_1 = step == 4'h7;
   wire [4:0]  _index_T = index + 5'h1;
   wire [4:0]  _index_T_2 = index - 5'h1;
-  wire        _GEN_17 = _GEN_13 & isRead;
+  wire        _GEN_15 = isRead & ~port;
+  wire        _GEN_16 = isRead & port;
+  wire        _GEN_17 = _GEN_0 | _GEN_3;
+  wire        _GEN_18 = _GEN_14 & isRead;
   always @(posedge clock) begin
     if (starts_0)
       stamps_0 <= time_0;
@@ -6638,35 +6851,12 @@ module Receiving(
       kept_0 <= stamps_0;
     if (identified_1)
       kept_1 <= stamps_1;
-    if (_GEN_15) begin
-      isMatch_0 <= matches_0;
-      entries_0 <= entry;
-    end
-    else
-      isMatch_0 <= _GEN_4 & isMatch_0;
-    if (_GEN_16) begin
-      isMatch_1 <= matches_0;
-      entries_1 <= entry;
-    end
-    else
-      isMatch_1 <= _GEN_5 & isMatch_1;
-    if (_GEN_4) begin
-    end
-    else
-      isOdd_0 <= isReserved;
-    if (_GEN_5) begin
-    end
-    else
-      isOdd_1 <= isReserved;
-    endPort <= ~isHead_0;
-    if (headGot)
-      head <= {head[7:0], data};
     if (_GEN_0) begin
       if (_GEN_1) begin
         port <= ~ready_0;
         index <= 5'h8;
       end
-      else if (_GEN_2) begin
+      else if (|_GEN_2) begin
         port <= ~isAsked_0;
         index <= 5'h7;
       end
@@ -6676,82 +6866,107 @@ module Receiving(
         else
           index <= _index_T_2;
       end
-      isUp <= ~(_GEN_1 | _GEN_2) & isUp;
-    end
-    else if (_GEN_3) begin
-      if (_GEN) begin
-        if (isUp)
-          index <= _index_T;
-        else
-          index <= _index_T_2;
-      end
-    end
-    else if (_GEN_7) begin
-      if (isRead)
-        index <= 5'h3;
-      else if (_GEN) begin
-        if (isUp)
-          index <= _index_T;
-        else
-          index <= _index_T_2;
-      end
-      isUp <= ~isRead & isUp;
-    end
-    else if (_GEN_8) begin
-      if (_GEN) begin
-        if (isUp)
-          index <= _index_T;
-        else
-          index <= _index_T_2;
-      end
-    end
-    else if (_GEN_9) begin
-      if (_GEN_12)
-        index <= 5'h7;
-      else if (_GEN) begin
-        if (isUp)
-          index <= _index_T;
-        else
-          index <= _index_T_2;
-      end
-      isUp <= ~_GEN_12 & isUp;
+      isUp <= ~(_GEN_1 | (|_GEN_2)) & isUp;
     end
     else begin
-      if (_GEN_17)
-        index <= 5'h9;
-      else if (_GEN) begin
-        if (isUp)
-          index <= _index_T;
-        else
-          index <= _index_T_2;
+      if (_GEN_3) begin
+        isMatch_0 <= ~_GEN_15 & isMatch_0;
+        isMatch_1 <= ~_GEN_16 & isMatch_1;
       end
-      isUp <= _GEN_17 | isUp;
+      else begin
+        if (_GEN_5)
+          isMatch_0 <= matches_0;
+        if (_GEN_6)
+          isMatch_1 <= matches_0;
+      end
+      if (_GEN_8) begin
+        if (_GEN) begin
+          if (isUp)
+            index <= _index_T;
+          else
+            index <= _index_T_2;
+        end
+      end
+      else if (_GEN_7) begin
+        if (isRead)
+          index <= 5'h3;
+        else if (_GEN) begin
+          if (isUp)
+            index <= _index_T;
+          else
+            index <= _index_T_2;
+        end
+        isUp <= ~isRead & isUp;
+      end
+      else if (_GEN_9) begin
+        if (_GEN) begin
+          if (isUp)
+            index <= _index_T;
+          else
+            index <= _index_T_2;
+        end
+      end
+      else if (_GEN_10) begin
+        if (_GEN_13)
+          index <= 5'h7;
+        else if (_GEN) begin
+          if (isUp)
+            index <= _index_T;
+          else
+            index <= _index_T_2;
+        end
+        isUp <= ~_GEN_13 & isUp;
+      end
+      else begin
+        if (_GEN_18)
+          index <= 5'h9;
+        else if (_GEN) begin
+          if (isUp)
+            index <= _index_T;
+          else
+            index <= _index_T_2;
+        end
+        isUp <= _GEN_18 | isUp;
+      end
     end
-    if (_GEN_0 | _GEN_3 | _GEN_7 | _GEN_8 | _GEN_9 | ~_GEN_17) begin
+    if (_GEN_0 | ~(_GEN_3 & _GEN_15)) begin
+    end
+    else
+      isOdd_0 <= isReserved;
+    if (_GEN_0 | ~(_GEN_3 & _GEN_16)) begin
+    end
+    else
+      isOdd_1 <= isReserved;
+    if (_GEN_17 | ~_GEN_5) begin
+    end
+    else
+      entries_0 <= entry;
+    if (_GEN_17 | ~_GEN_6) begin
+    end
+    else
+      entries_1 <= entry;
+    endPort <= ~isHead_0;
+    if (headGot)
+      head <= {head[7:0], data};
+    if (_GEN_0 | _GEN_3 | _GEN_4 | _GEN_7 | _GEN_9 | _GEN_10 | ~_GEN_18) begin
     end
     else
       count <= word[30] ? 4'h0 : dlc[3] ? 4'h8 : dlc;
     if (got | skips)
       word <= {got ? data : 8'h0, word[31:8]};
-    if (_GEN_6) begin
-    end
-    else begin
-      searched <= port;
-      named <= word;
-    end
-    if (_GEN_0 | _GEN_3 | ~(_GEN_7 & isRead)) begin
+    if (_GEN_0 | _GEN_8 | ~(_GEN_7 & isRead)) begin
     end
     else begin
       dlc <= word[27:24];
       isOddDlc <= |(word[31:28]);
     end
   end // always @(posedge)
-  wire        _GEN_18 = step == 4'h6;
   wire [2:0]  _left_T = left - 3'h1;
   wire        _headEnds_T = (|_heads_T) & granted;
   wire        _headAt_T = headAt == 2'h2;
-  wire        _GEN_19 = _GEN_6 ? searches : ~isReserved;
-  wire        _GEN_20 = _GEN_0 | _GEN_3 | _GEN_7 | _GEN_8;
+  wire        _GEN_19 = isRead & isReserved & ~port;
+  wire        _GEN_20 = isRead & isReserved & port;
+  wire        _GEN_21 = _GEN_0 | _GEN_3 | _GEN_4 | _GEN_7 | _GEN_9;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isHead_0 <= 1'h0;
@@ -6768,17 +6983,16 @@ module Receiving(
       left <= 3'h0;
       got <= 1'h0;
       step <= 4'h0;
-      searches <= 1'h0;
     end
     else begin
       isHead_0 <= on & (received_0 | ~(_headEnds_T & _headAt_T & isHead_0) & isHead_0);
       isHead_1 <= on & (received_1 | ~(_headEnds_T & _headAt_T & ~isHead_0) & isHead_1);
-      isWhole_0 <= on & (_GEN_20 | ~(_GEN_9 & _GEN_10 & ~port)) & (headEnds & ~endPort & ~isOwn | isWhole_0);
-      isWhole_1 <= on & (_GEN_20 | ~(_GEN_9 & _GEN_10 & port)) & (headEnds & endPort & ~isOwn | isWhole_1);
-      isAsked_0 <= on & (identified_0 | _GEN_4 & isAsked_0);
-      isAsked_1 <= on & (identified_1 | _GEN_5 & isAsked_1);
-      isKnown_0 <= ~(~on | identified_0) & (_GEN_15 | (_GEN_4 ? isKnown_0 : isReserved));
-      isKnown_1 <= ~(~on | identified_1) & (_GEN_16 | (_GEN_5 ? isKnown_1 : isReserved));
+      isWhole_0 <= on & (_GEN_21 | ~(_GEN_10 & _GEN_11 & ~port)) & (headEnds & ~endPort & ~isOwn | isWhole_0);
+      isWhole_1 <= on & (_GEN_21 | ~(_GEN_10 & _GEN_11 & port)) & (headEnds & endPort & ~isOwn | isWhole_1);
+      isAsked_0 <= on & (identified_0 | (_GEN_0 ? isAsked_0 : _GEN_3 ? ~_GEN_19 & isAsked_0 : ~_GEN_5 & isAsked_0));
+      isAsked_1 <= on & (identified_1 | (_GEN_0 ? isAsked_1 : _GEN_3 ? ~_GEN_20 & isAsked_1 : ~_GEN_6 & isAsked_1));
+      isKnown_0 <= ~(~on | identified_0) & (_GEN_0 ? isKnown_0 : _GEN_3 ? _GEN_19 | isKnown_0 : _GEN_5 | isKnown_0);
+      isKnown_1 <= ~(~on | identified_1) & (_GEN_0 ? isKnown_1 : _GEN_3 ? _GEN_20 | isKnown_1 : _GEN_6 | isKnown_1);
       if (on) begin
         if (_headEnds_T) begin
           if (_headAt_T)
@@ -6787,61 +7001,30 @@ module Receiving(
             headAt <= headAt + 2'h1;
         end
         if (_GEN_0) begin
-          if (_GEN_1) begin
+          if (_GEN_1)
             left <= 3'h1;
-            step <= 4'h2;
-          end
-          else if (_GEN_2) begin
+          else if (|_GEN_2)
             left <= 3'h4;
-            step <= 4'h1;
-          end
           else if (_GEN)
             left <= _left_T;
         end
-        else if (_GEN_3) begin
+        else if (_GEN_8) begin
           if (_GEN)
             left <= _left_T;
-          if (isRead)
-            step <= 4'h0;
         end
         else if (_GEN_7) begin
-          if (isRead) begin
+          if (isRead)
             left <= 3'h4;
-            step <= 4'h3;
-          end
           else if (_GEN)
             left <= _left_T;
         end
-        else begin
-          if (_GEN_8 | ~(_GEN_9 ? _GEN_12 : (_GEN_13 | _GEN_18) & isRead)) begin
-            if (_GEN)
-              left <= _left_T;
-          end
-          else
-            left <= 3'h4;
-          if (_GEN_8) begin
-            if (isRead)
-              step <= 4'h4;
-          end
-          else if (_GEN_9) begin
-            if (_GEN_10)
-              step <= _GEN_11 ? 4'h5 : 4'h0;
-          end
-          else if (_GEN_13) begin
-            if (isRead)
-              step <= 4'h6;
-          end
-          else if (_GEN_18) begin
-            if (isRead)
-              step <= 4'h7;
-          end
-          else if (step == 4'h7) begin
-            if (isRead)
-              step <= 4'h8;
-          end
-          else if (step == 4'h8)
-            step <= 4'h0;
+        else if (_GEN_9 | ~(_GEN_10 ? _GEN_13 : (_GEN_14 | step == 4'h7) & isRead)) begin
+          if (_GEN)
+            left <= _left_T;
         end
+        else
+          left <= 3'h4;
+        step <= casez_tmp;
       end
       else begin
         headAt <= 2'h0;
@@ -6851,8 +7034,6 @@ module Receiving(
       headGot <= _headEnds_T;
       headEnds <= _headEnds_T & _headAt_T;
       got <= mine;
-      searches <=
-        ~(~on | identified_1 & searched) & (identified_0 ? ~(~searched | _GEN_14) & _GEN_19 : ~_GEN_14 & _GEN_19);
     end
   end // always @(posedge, posedge)
   assign read_valid = (|_heads_T) | (|left) & ~missing;
@@ -6874,11 +7055,11 @@ module Receiving(
   assign frame_bits_distance = ~((&(word[7:0])) ? 8'h0 : word[7:0]);
   assign frame_bits_receivedBy = port;
   assign search = step == 4'h1 & isRead & ~isReserved;
-  assign identifier = named;
-  assign store_valid = isRead & (_store_bits_T | _store_bits_T_1 | step == 4'h7);
+  assign identifier = word;
+  assign store_valid = isRead & (_store_bits_T | _store_bits_T_1 | step == 4'h8);
   assign store_bits = _store_bits_T ? 2'h0 : {1'h1, ~_store_bits_T_1};
   assign stored = word;
-  assign accept = step == 4'h8;
+  assign accept = step == 4'h9;
   assign second = {port ? kept_1 : kept_0, 4'h0, port ? entries_1 : entries_0, 4'h0, dlc};
 endmodule
 
@@ -7089,181 +7270,6 @@ module Sources(
   assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
 endmodule
 
-// external module DualPortRam
-
-module RelayCounts(
-  input         clock,
-  input         reset,
-  input         events_0,
-  input         events_1,
-  input         events_2,
-  input         events_3,
-  input         events_4,
-  input         events_5,
-  input         events_6,
-  input         events_7,
-  input         events_8,
-  input         events_9,
-  input         events_10,
-  input         events_11,
-  input         events_12,
-  input         events_13,
-  input  [3:0]  address,
-  input         reads,
-  output [31:0] data
-);
-
-  wire        _ram_write;
-  wire [5:0]  _ram_writeAddress;
-  wire [31:0] _ram_writeData;
-  wire [5:0]  _ram_readAddress;
-  wire [31:0] _ram_readData;
-  reg  [4:0]  clearing;
-  reg  [1:0]  waiting_bad_headers1;
-  reg  [1:0]  waiting_bad_headers2;
-  reg  [1:0]  waiting_bad_frames1;
-  reg  [1:0]  waiting_bad_frames2;
-  reg  [1:0]  waiting_strays;
-  reg  [1:0]  waiting_doubles;
-  reg  [4:0]  waiting_repeated;
-  reg  [4:0]  waiting_failed;
-  reg  [1:0]  waiting_aborted;
-  reg  [1:0]  waiting_wrapped;
-  reg  [1:0]  waiting_passed12;
-  reg  [1:0]  waiting_passed21;
-  reg  [1:0]  waiting_own_sent;
-  reg  [4:0]  waiting_own_confirmed;
-  wire [13:0] next_enc =
-    (|waiting_bad_headers1)
-      ? 14'h1
-      : (|waiting_bad_headers2)
-          ? 14'h2
-          : (|waiting_bad_frames1)
-              ? 14'h4
-              : (|waiting_bad_frames2)
-                  ? 14'h8
-                  : (|waiting_strays)
-                      ? 14'h10
-                      : (|waiting_doubles)
-                          ? 14'h20
-                          : (|waiting_repeated)
-                              ? 14'h40
-                              : (|waiting_failed)
-                                  ? 14'h80
-                                  : (|waiting_aborted)
-                                      ? 14'h100
-                                      : (|waiting_wrapped)
-                                          ? 14'h200
-                                          : (|waiting_passed12)
-                                              ? 14'h400
-                                              : (|waiting_passed21)
-                                                  ? 14'h800
-                                                  : (|waiting_own_sent) ? 14'h1000 : {|waiting_own_confirmed, 13'h0};
-  reg         reading;
-  reg         adding;
-  wire        starts =
-    ((|waiting_bad_headers1) | (|waiting_bad_headers2) | (|waiting_bad_frames1) | (|waiting_bad_frames2)
-     | (|waiting_strays) | (|waiting_doubles) | (|waiting_repeated) | (|waiting_failed) | (|waiting_aborted)
-     | (|waiting_wrapped) | (|waiting_passed12) | (|waiting_passed21) | (|waiting_own_sent) | (|waiting_own_confirmed))
-    & clearing[4] & ~reads & ~reading & ~adding;
-  wire [6:0]  place =
-    (next_enc[0] ? 7'h48 : 7'h0) | (next_enc[1] ? 7'h49 : 7'h0) | (next_enc[2] ? 7'h4A : 7'h0)
-    | (next_enc[3] ? 7'h4B : 7'h0) | (next_enc[4] ? 7'h50 : 7'h0) | (next_enc[5] ? 7'h51 : 7'h0)
-    | (next_enc[6] ? 7'h52 : 7'h0) | (next_enc[7] ? 7'h53 : 7'h0) | (next_enc[8] ? 7'h5A : 7'h0)
-    | (next_enc[9] ? 7'h5B : 7'h0) | (next_enc[10] ? 7'h64 : 7'h0) | (next_enc[11] ? 7'h6C : 7'h0)
-    | (next_enc[12] ? 7'h74 : 7'h0) | (next_enc[13] ? 7'h7C : 7'h0);
-  reg  [6:0]  at;
-  reg  [31:0] old;
-  reg  [7:0]  casez_tmp;
-  always @(*) begin
-    casez (at[1:0])
-      2'b00:
-        casez_tmp = old[7:0];
-      2'b01:
-        casez_tmp = old[15:8];
-      2'b10:
-        casez_tmp = old[23:16];
-      default:
-        casez_tmp = old[31:24];
-    endcase
-  end // always @(*)
-  wire [31:0] _sum_T_5 = (at[2] ? old : {24'h0, casez_tmp}) + {31'h0, ~(~(at[2]) & (&casez_tmp))};
-  always @(posedge clock or posedge reset) begin
-    if (reset) begin
-      clearing <= 5'h0;
-      waiting_bad_headers1 <= 2'h0;
-      waiting_bad_headers2 <= 2'h0;
-      waiting_bad_frames1 <= 2'h0;
-      waiting_bad_frames2 <= 2'h0;
-      waiting_strays <= 2'h0;
-      waiting_doubles <= 2'h0;
-      waiting_repeated <= 5'h0;
-      waiting_failed <= 5'h0;
-      waiting_aborted <= 2'h0;
-      waiting_wrapped <= 2'h0;
-      waiting_passed12 <= 2'h0;
-      waiting_passed21 <= 2'h0;
-      waiting_own_sent <= 2'h0;
-      waiting_own_confirmed <= 5'h0;
-      reading <= 1'h0;
-      adding <= 1'h0;
-    end
-    else begin
-      if (clearing[4]) begin
-      end
-      else
-        clearing <= clearing + 5'h1;
-      waiting_bad_headers1 <= waiting_bad_headers1 + {1'h0, events_0} - {1'h0, starts & next_enc[0]};
-      waiting_bad_headers2 <= waiting_bad_headers2 + {1'h0, events_1} - {1'h0, starts & next_enc[1]};
-      waiting_bad_frames1 <= waiting_bad_frames1 + {1'h0, events_2} - {1'h0, starts & next_enc[2]};
-      waiting_bad_frames2 <= waiting_bad_frames2 + {1'h0, events_3} - {1'h0, starts & next_enc[3]};
-      waiting_strays <= waiting_strays + {1'h0, events_4} - {1'h0, starts & next_enc[4]};
-      waiting_doubles <= waiting_doubles + {1'h0, events_5} - {1'h0, starts & next_enc[5]};
-      waiting_repeated <= waiting_repeated + {4'h0, events_6} - {4'h0, starts & next_enc[6]};
-      waiting_failed <= waiting_failed + {4'h0, events_7} - {4'h0, starts & next_enc[7]};
-      waiting_aborted <= waiting_aborted + {1'h0, events_8} - {1'h0, starts & next_enc[8]};
-      waiting_wrapped <= waiting_wrapped + {1'h0, events_9} - {1'h0, starts & next_enc[9]};
-      waiting_passed12 <= waiting_passed12 + {1'h0, events_10} - {1'h0, starts & next_enc[10]};
-      waiting_passed21 <= waiting_passed21 + {1'h0, events_11} - {1'h0, starts & next_enc[11]};
-      waiting_own_sent <= waiting_own_sent + {1'h0, events_12} - {1'h0, starts & next_enc[12]};
-      waiting_own_confirmed <= waiting_own_confirmed + {4'h0, events_13} - {4'h0, starts & next_enc[13]};
-      reading <= starts;
-      adding <= reading;
-    end
-  end // always @(posedge, posedge)
-  always @(posedge clock) begin
-    if (starts)
-      at <= place;
-    if (reading)
-      old <= _ram_readData;
-  end // always @(posedge)
-  assign _ram_write = adding | ~(clearing[4]);
-  assign _ram_writeAddress = {1'h0, clearing[4] ? {1'h0, at[6:3]} : clearing};
-  assign _ram_writeData =
-    clearing[4]
-      ? (at[2]
-           ? _sum_T_5
-           : {(&(at[1:0])) ? _sum_T_5[7:0] : old[31:24],
-              at[1:0] == 2'h2 ? _sum_T_5[7:0] : old[23:16],
-              at[1:0] == 2'h1 ? _sum_T_5[7:0] : old[15:8],
-              at[1:0] == 2'h0 ? _sum_T_5[7:0] : old[7:0]})
-      : 32'h0;
-  assign _ram_readAddress = {2'h0, reads ? address : place[6:3]};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(32)
-  ) ram (
-    .clock        (clock),
-    .write        (_ram_write),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (_ram_readAddress),
-    .readData     (_ram_readData)
-  );
-  assign data = _ram_readData;
-endmodule
-
 module RelayHost(
   input         clock,
   input         reset,
@@ -7286,8 +7292,6 @@ module RelayHost(
   input         conflict,
   output        irq,
   input  [6:0]  address,
-  output        reads,
-  input  [31:0] counted,
   output        asks_valid,
   output [6:0]  asks_bits,
   input         told_valid,
@@ -7312,8 +7316,7 @@ module RelayHost(
   reg         event_0;
   reg         mask;
   reg         event_REG;
-  wire        isCount = host_addr[15:5] == 11'h1;
-  wire [31:0] _host_rdata_T_26 =
+  wire [31:0] _host_rdata_T_25 =
     {11'h0, host_addr[15:2] == 14'h4 ? {conflict, 11'h0, relay, 8'h0} : 21'h0}
     | (host_addr[15:2] == 14'h5 ? {high, low, 8'h0, bit_0} : 32'h0);
   always @(posedge clock or posedge reset) begin
@@ -7362,10 +7365,9 @@ module RelayHost(
   end // always @(posedge)
   assign host_ack = acknowledged & isFar;
   assign host_rdata =
-    {_host_rdata_T_26[31:24],
-     {_host_rdata_T_26[23], _host_rdata_T_26[22:0] | (host_addr[15:2] == 14'h6 ? {life, 8'h0, retries} : 23'h0)}
-       | (host_addr[15:2] == 14'h10 ? {mask, 15'h0, event_0, 7'h0} : 24'h0)} | (isCount ? counted : 32'h0)
-    | (isFar ? {second, first} : 32'h0);
+    {_host_rdata_T_25[31:24],
+     {_host_rdata_T_25[23], _host_rdata_T_25[22:0] | (host_addr[15:2] == 14'h6 ? {life, 8'h0, retries} : 23'h0)}
+       | (host_addr[15:2] == 14'h10 ? {mask, 15'h0, event_0, 7'h0} : 24'h0)} | (isFar ? {second, first} : 32'h0);
   assign setting_on = relay;
   assign setting_address = address;
   assign setting_life = life;
@@ -7375,7 +7377,6 @@ module RelayHost(
   assign bitCycles = bit_0 < 8'h19 ? 8'h19 : bit_0 > 8'hFA ? 8'hFA : bit_0;
   assign restart = _clears_T & host_addr[15:2] == 14'h4 & host_be[1] & host_wdata[12];
   assign irq = event_0 & mask;
-  assign reads = active & isCount;
   assign asks_valid = _asks_valid_output;
   assign asks_bits = {host_addr[7:2], isSecond};
 endmodule
@@ -7433,21 +7434,31 @@ module RelayMode(
   output        host_ack,
   output [31:0] host_rdata,
   output        irq,
+  output        counts_0,
+  output        counts_1,
+  output        counts_2,
+  output        counts_3,
+  output        counts_4,
+  output        counts_5,
+  output        counts_6,
+  output        counts_7,
+  output        counts_8,
+  output        counts_9,
+  output        counts_10,
+  output        counts_11,
+  output        counts_12,
+  output        counts_13,
   input         us,
   input  [15:0] time_0
 );
 
   wire        _front_setting_on;
   wire [15:0] _front_setting_confirm;
-  wire [3:0]  _counts_address;
-  wire        _counts_reads;
-  wire [31:0] _counts_data;
   wire        _sources_on;
   wire [15:0] _sources_confirm;
   wire        _sources_unit;
   wire        _sources_asks_valid;
   wire [6:0]  _sources_asks_bits;
-  wire        _sources_double;
   wire        _sources_told_valid;
   wire [15:0] _sources_told_bits;
   wire        _receiving_on;
@@ -7482,10 +7493,6 @@ module RelayMode(
   wire [3:0]  _own_leaves_1_slot;
   wire [13:0] _own_leaves_1_sequence;
   wire        _own_conflict;
-  wire        _own_counts_sent;
-  wire        _own_counts_confirmed;
-  wire        _own_counts_failed;
-  wire        _own_counts_repeated;
   wire        _list_walk;
   wire        _list_keeps;
   wire [31:0] _list_key;
@@ -7527,15 +7534,6 @@ module RelayMode(
   wire        _passing_received_1;
   wire        _passing_granted;
   wire [7:0]  _passing_data;
-  wire        _passing_counts_badHeader_0;
-  wire        _passing_counts_badHeader_1;
-  wire        _passing_counts_badFrame_0;
-  wire        _passing_counts_badFrame_1;
-  wire        _passing_counts_stray;
-  wire        _passing_counts_aborted;
-  wire        _passing_counts_wrapped;
-  wire        _passing_counts_passed_0;
-  wire        _passing_counts_passed_1;
   reg  [3:0]  tens;
   reg  [5:0]  units;
   reg         unit;
@@ -7630,15 +7628,15 @@ module RelayMode(
     .from               (_passing_from),
     .granted            (_passing_granted),
     .data               (_passing_data),
-    .counts_badHeader_0 (_passing_counts_badHeader_0),
-    .counts_badHeader_1 (_passing_counts_badHeader_1),
-    .counts_badFrame_0  (_passing_counts_badFrame_0),
-    .counts_badFrame_1  (_passing_counts_badFrame_1),
-    .counts_stray       (_passing_counts_stray),
-    .counts_aborted     (_passing_counts_aborted),
-    .counts_wrapped     (_passing_counts_wrapped),
-    .counts_passed_0    (_passing_counts_passed_0),
-    .counts_passed_1    (_passing_counts_passed_1)
+    .counts_badHeader_0 (counts_0),
+    .counts_badHeader_1 (counts_1),
+    .counts_badFrame_0  (counts_2),
+    .counts_badFrame_1  (counts_3),
+    .counts_stray       (counts_4),
+    .counts_aborted     (counts_8),
+    .counts_wrapped     (counts_9),
+    .counts_passed_0    (counts_10),
+    .counts_passed_1    (counts_11)
   );
   assign _list_key =
     port_data[31] ? {port_data[28:18], 2'h3, port_data[17:0], port_data[30]} : {port_data[10:0], port_data[30], 20'h0};
@@ -7717,10 +7715,10 @@ module RelayMode(
     .leaves_1_slot         (_own_leaves_1_slot),
     .leaves_1_sequence     (_own_leaves_1_sequence),
     .conflict              (_own_conflict),
-    .counts_sent           (_own_counts_sent),
-    .counts_confirmed      (_own_counts_confirmed),
-    .counts_failed         (_own_counts_failed),
-    .counts_repeated       (_own_counts_repeated)
+    .counts_sent           (counts_12),
+    .counts_confirmed      (counts_13),
+    .counts_failed         (counts_7),
+    .counts_repeated       (counts_6)
   );
   OwnBytes bytes (
     .clock             (clock),
@@ -7808,33 +7806,11 @@ module RelayMode(
     .frame_bits_receivedBy (_receiving_frame_bits_receivedBy),
     .done                  (_receiving_done),
     .takes                 (_receiving_takes),
-    .double                (_sources_double),
+    .double                (counts_5),
     .asks_valid            (_sources_asks_valid),
     .asks_bits             (_sources_asks_bits),
     .told_valid            (_sources_told_valid),
     .told_bits             (_sources_told_bits)
-  );
-  assign _counts_address = host_addr[5:2];
-  RelayCounts counts (
-    .clock     (clock),
-    .reset     (reset),
-    .events_0  (_passing_counts_badHeader_0),
-    .events_1  (_passing_counts_badHeader_1),
-    .events_2  (_passing_counts_badFrame_0),
-    .events_3  (_passing_counts_badFrame_1),
-    .events_4  (_passing_counts_stray),
-    .events_5  (_sources_double),
-    .events_6  (_own_counts_repeated),
-    .events_7  (_own_counts_failed),
-    .events_8  (_passing_counts_aborted),
-    .events_9  (_passing_counts_wrapped),
-    .events_10 (_passing_counts_passed_0),
-    .events_11 (_passing_counts_passed_1),
-    .events_12 (_own_counts_sent),
-    .events_13 (_own_counts_confirmed),
-    .address   (_counts_address),
-    .reads     (_counts_reads),
-    .data      (_counts_data)
   );
   RelayHost front (
     .clock           (clock),
@@ -7858,8 +7834,6 @@ module RelayMode(
     .conflict        (_own_conflict),
     .irq             (irq),
     .address         (links_address),
-    .reads           (_counts_reads),
-    .counted         (_counts_data),
     .asks_valid      (_sources_asks_valid),
     .asks_bits       (_sources_asks_bits),
     .told_valid      (_sources_told_valid),
@@ -9233,53 +9207,67 @@ module ring_server(
   wire        _relay_host_ack;
   wire [31:0] _relay_host_rdata;
   wire        _relay_irq;
-  wire [15:0] _cans_0_time;
-  wire        _cans_0_host_req;
-  wire        _cans_0_host_write;
-  wire [15:0] _cans_0_host_addr;
-  wire [31:0] _cans_0_host_wdata;
-  wire [3:0]  _cans_0_host_be;
-  wire        _cans_0_relay_on;
-  wire        _cans_0_relay_appended;
-  wire [15:0] _cans_0_relay_slots_begun;
-  wire        _cans_0_relay_slots_ends_valid;
-  wire [3:0]  _cans_0_relay_slots_ends_bits;
-  wire        _cans_0_relay_slots_sent;
-  wire        _cans_0_relay_slots_drops;
-  wire        _cans_0_relay_stamp_valid;
-  wire [3:0]  _cans_0_relay_stamp_bits;
-  wire [15:0] _cans_0_relay_time;
-  wire        _cans_0_relay_load_valid;
-  wire [5:0]  _cans_0_relay_load_bits;
-  wire        _cans_0_relay_order_valid;
-  wire [3:0]  _cans_0_relay_order_bits;
-  wire        _cans_0_relay_start;
-  wire [31:0] _cans_0_relay_identifier;
-  wire        _cans_0_relay_store_valid;
-  wire [1:0]  _cans_0_relay_store_bits;
-  wire [31:0] _cans_0_relay_word;
-  wire        _cans_0_relay_accept;
-  wire [31:0] _cans_0_relay_second;
-  wire        _cans_0_host_ack;
-  wire [31:0] _cans_0_host_rdata;
-  wire        _cans_0_events_received;
-  wire        _cans_0_events_slotDone;
-  wire        _cans_0_events_state;
-  wire        _cans_0_events_busError;
-  wire        _cans_0_events_overrun;
-  wire        _cans_0_bit_valid;
-  wire [10:0] _cans_0_bit_bits_prescaler;
-  wire        _cans_0_relay_append_valid;
-  wire [3:0]  _cans_0_relay_append_bits;
-  wire [15:0] _cans_0_relay_pending;
-  wire [15:0] _cans_0_relay_abort;
-  wire        _cans_0_relay_oneShot;
-  wire        _cans_0_relay_stamped;
-  wire        _cans_0_relay_orderReady;
-  wire [31:0] _cans_0_relay_data;
-  wire        _cans_0_relay_done;
-  wire        _cans_0_relay_matches;
-  wire [3:0]  _cans_0_relay_entry;
+  wire [15:0] _portF_time;
+  wire        _portF_host_req;
+  wire        _portF_host_write;
+  wire [15:0] _portF_host_addr;
+  wire [31:0] _portF_host_wdata;
+  wire [3:0]  _portF_host_be;
+  wire        _portF_counts_6;
+  wire        _portF_counts_7;
+  wire        _portF_counts_8;
+  wire        _portF_counts_9;
+  wire        _portF_counts_10;
+  wire        _portF_counts_11;
+  wire        _portF_counts_12;
+  wire        _portF_counts_13;
+  wire        _portF_counts_14;
+  wire        _portF_counts_15;
+  wire        _portF_counts_16;
+  wire        _portF_counts_17;
+  wire        _portF_counts_18;
+  wire        _portF_counts_19;
+  wire        _portF_relay_on;
+  wire        _portF_relay_appended;
+  wire [15:0] _portF_relay_slots_begun;
+  wire        _portF_relay_slots_ends_valid;
+  wire [3:0]  _portF_relay_slots_ends_bits;
+  wire        _portF_relay_slots_sent;
+  wire        _portF_relay_slots_drops;
+  wire        _portF_relay_stamp_valid;
+  wire [3:0]  _portF_relay_stamp_bits;
+  wire [15:0] _portF_relay_time;
+  wire        _portF_relay_load_valid;
+  wire [5:0]  _portF_relay_load_bits;
+  wire        _portF_relay_order_valid;
+  wire [3:0]  _portF_relay_order_bits;
+  wire        _portF_relay_start;
+  wire [31:0] _portF_relay_identifier;
+  wire        _portF_relay_store_valid;
+  wire [1:0]  _portF_relay_store_bits;
+  wire [31:0] _portF_relay_word;
+  wire        _portF_relay_accept;
+  wire [31:0] _portF_relay_second;
+  wire        _portF_host_ack;
+  wire [31:0] _portF_host_rdata;
+  wire        _portF_events_received;
+  wire        _portF_events_slotDone;
+  wire        _portF_events_state;
+  wire        _portF_events_busError;
+  wire        _portF_events_overrun;
+  wire        _portF_bit_valid;
+  wire [10:0] _portF_bit_bits_prescaler;
+  wire        _portF_relay_append_valid;
+  wire [3:0]  _portF_relay_append_bits;
+  wire [15:0] _portF_relay_pending;
+  wire [15:0] _portF_relay_abort;
+  wire        _portF_relay_oneShot;
+  wire        _portF_relay_stamped;
+  wire        _portF_relay_orderReady;
+  wire [31:0] _portF_relay_data;
+  wire        _portF_relay_done;
+  wire        _portF_relay_matches;
+  wire [3:0]  _portF_relay_entry;
   wire        _ring_drive;
   wire [17:0] _ring_timer;
   wire        _ring_quantum;
@@ -9296,6 +9284,12 @@ module ring_server(
   wire        _ring_bus;
   wire [31:0] _ring_host_rdata;
   wire        _ring_irq;
+  wire        _ring_counts_0;
+  wire        _ring_counts_1;
+  wire        _ring_counts_2;
+  wire        _ring_counts_3;
+  wire        _ring_counts_4;
+  wire        _ring_counts_5;
   wire        _ring_relay_up_0;
   wire        _ring_relay_up_1;
   wire        _ring_relay_level_0;
@@ -9320,7 +9314,9 @@ module ring_server(
   reg         processStep;
   reg         transmitStep;
   reg         mii_tx_tick_r;
-  wire        isCan_0 = _wide_wide_addr[15:8] == 8'h1 | _wide_wide_addr[15:8] == 8'h4 | _wide_wide_addr[15:8] == 8'h6;
+  wire        isCan_0 =
+    _wide_wide_addr[15:8] == 8'h1 | _wide_wide_addr[15:8] == 8'h4 | _wide_wide_addr[15:8] == 8'h6
+    | _wide_wide_addr[15:5] == 11'h1;
   wire        isFar = _wide_wide_addr[15:8] == 8'h8;
   wire        isPlant = _wide_wide_addr[15:8] == 8'h9 | _wide_wide_addr[15:12] == 4'h1;
   wire        isNode = ~isCan_0 & ~isFar & ~isPlant;
@@ -9397,6 +9393,12 @@ module ring_server(
     .host_be       (_ring_host_be),
     .host_rdata    (_ring_host_rdata),
     .irq           (_ring_irq),
+    .counts_0      (_ring_counts_0),
+    .counts_1      (_ring_counts_1),
+    .counts_2      (_ring_counts_2),
+    .counts_3      (_ring_counts_3),
+    .counts_4      (_ring_counts_4),
+    .counts_5      (_ring_counts_5),
     .relay_on      (_ring_relay_on),
     .relay_send_0  (_ring_relay_send_0),
     .relay_send_1  (_ring_relay_send_1),
@@ -9408,65 +9410,85 @@ module ring_server(
     .relay_level_1 (_ring_relay_level_1),
     .relay_address (_ring_relay_address)
   );
-  assign _cans_0_time = _time_timer[15:0];
-  assign _cans_0_host_req = _wide_wide_req & isCan_0;
-  assign _cans_0_host_write = _wide_wide_write;
-  assign _cans_0_host_addr = _wide_wide_addr;
-  assign _cans_0_host_wdata = _wide_wide_wdata;
-  assign _cans_0_host_be = _wide_wide_be;
-  CanPort cans_0 (
+  assign _portF_time = _time_timer[15:0];
+  assign _portF_host_req = _wide_wide_req & isCan_0;
+  assign _portF_host_write = _wide_wide_write;
+  assign _portF_host_addr = _wide_wide_addr;
+  assign _portF_host_wdata = _wide_wide_wdata;
+  assign _portF_host_be = _wide_wide_be;
+  CanPort portF (
     .clock                  (clock),
     .reset                  (reset),
     .rx                     (_ring_bus),
     .tx                     (_ring_drive),
-    .time_0                 (_cans_0_time),
-    .host_req               (_cans_0_host_req),
-    .host_write             (_cans_0_host_write),
-    .host_addr              (_cans_0_host_addr),
-    .host_wdata             (_cans_0_host_wdata),
-    .host_be                (_cans_0_host_be),
-    .host_ack               (_cans_0_host_ack),
-    .host_rdata             (_cans_0_host_rdata),
-    .events_received        (_cans_0_events_received),
-    .events_slotDone        (_cans_0_events_slotDone),
-    .events_state           (_cans_0_events_state),
-    .events_busError        (_cans_0_events_busError),
-    .events_overrun         (_cans_0_events_overrun),
-    .bit_valid              (_cans_0_bit_valid),
-    .bit_bits_prescaler     (_cans_0_bit_bits_prescaler),
+    .time_0                 (_portF_time),
+    .host_req               (_portF_host_req),
+    .host_write             (_portF_host_write),
+    .host_addr              (_portF_host_addr),
+    .host_wdata             (_portF_host_wdata),
+    .host_be                (_portF_host_be),
+    .host_ack               (_portF_host_ack),
+    .host_rdata             (_portF_host_rdata),
+    .events_received        (_portF_events_received),
+    .events_slotDone        (_portF_events_slotDone),
+    .events_state           (_portF_events_state),
+    .events_busError        (_portF_events_busError),
+    .events_overrun         (_portF_events_overrun),
+    .bit_valid              (_portF_bit_valid),
+    .bit_bits_prescaler     (_portF_bit_bits_prescaler),
     .bit_bits_quanta        (_ring_quanta),
-    .relay_on               (_cans_0_relay_on),
-    .relay_append_valid     (_cans_0_relay_append_valid),
-    .relay_append_bits      (_cans_0_relay_append_bits),
-    .relay_appended         (_cans_0_relay_appended),
-    .relay_pending          (_cans_0_relay_pending),
-    .relay_abort            (_cans_0_relay_abort),
-    .relay_oneShot          (_cans_0_relay_oneShot),
-    .relay_slots_begun      (_cans_0_relay_slots_begun),
-    .relay_slots_ends_valid (_cans_0_relay_slots_ends_valid),
-    .relay_slots_ends_bits  (_cans_0_relay_slots_ends_bits),
-    .relay_slots_sent       (_cans_0_relay_slots_sent),
-    .relay_slots_drops      (_cans_0_relay_slots_drops),
-    .relay_stamp_valid      (_cans_0_relay_stamp_valid),
-    .relay_stamp_bits       (_cans_0_relay_stamp_bits),
-    .relay_time             (_cans_0_relay_time),
-    .relay_stamped          (_cans_0_relay_stamped),
-    .relay_load_valid       (_cans_0_relay_load_valid),
-    .relay_load_bits        (_cans_0_relay_load_bits),
-    .relay_order_valid      (_cans_0_relay_order_valid),
-    .relay_order_bits       (_cans_0_relay_order_bits),
-    .relay_orderReady       (_cans_0_relay_orderReady),
-    .relay_data             (_cans_0_relay_data),
-    .relay_start            (_cans_0_relay_start),
-    .relay_identifier       (_cans_0_relay_identifier),
-    .relay_done             (_cans_0_relay_done),
-    .relay_matches          (_cans_0_relay_matches),
-    .relay_entry            (_cans_0_relay_entry),
-    .relay_store_valid      (_cans_0_relay_store_valid),
-    .relay_store_bits       (_cans_0_relay_store_bits),
-    .relay_word             (_cans_0_relay_word),
-    .relay_accept           (_cans_0_relay_accept),
-    .relay_second           (_cans_0_relay_second)
+    .counts_0               (_ring_counts_0),
+    .counts_1               (_ring_counts_1),
+    .counts_2               (_ring_counts_2),
+    .counts_3               (_ring_counts_3),
+    .counts_4               (_ring_counts_4),
+    .counts_5               (_ring_counts_5),
+    .counts_6               (_portF_counts_6),
+    .counts_7               (_portF_counts_7),
+    .counts_8               (_portF_counts_8),
+    .counts_9               (_portF_counts_9),
+    .counts_10              (_portF_counts_10),
+    .counts_11              (_portF_counts_11),
+    .counts_12              (_portF_counts_12),
+    .counts_13              (_portF_counts_13),
+    .counts_14              (_portF_counts_14),
+    .counts_15              (_portF_counts_15),
+    .counts_16              (_portF_counts_16),
+    .counts_17              (_portF_counts_17),
+    .counts_18              (_portF_counts_18),
+    .counts_19              (_portF_counts_19),
+    .relay_on               (_portF_relay_on),
+    .relay_append_valid     (_portF_relay_append_valid),
+    .relay_append_bits      (_portF_relay_append_bits),
+    .relay_appended         (_portF_relay_appended),
+    .relay_pending          (_portF_relay_pending),
+    .relay_abort            (_portF_relay_abort),
+    .relay_oneShot          (_portF_relay_oneShot),
+    .relay_slots_begun      (_portF_relay_slots_begun),
+    .relay_slots_ends_valid (_portF_relay_slots_ends_valid),
+    .relay_slots_ends_bits  (_portF_relay_slots_ends_bits),
+    .relay_slots_sent       (_portF_relay_slots_sent),
+    .relay_slots_drops      (_portF_relay_slots_drops),
+    .relay_stamp_valid      (_portF_relay_stamp_valid),
+    .relay_stamp_bits       (_portF_relay_stamp_bits),
+    .relay_time             (_portF_relay_time),
+    .relay_stamped          (_portF_relay_stamped),
+    .relay_load_valid       (_portF_relay_load_valid),
+    .relay_load_bits        (_portF_relay_load_bits),
+    .relay_order_valid      (_portF_relay_order_valid),
+    .relay_order_bits       (_portF_relay_order_bits),
+    .relay_orderReady       (_portF_relay_orderReady),
+    .relay_data             (_portF_relay_data),
+    .relay_start            (_portF_relay_start),
+    .relay_identifier       (_portF_relay_identifier),
+    .relay_done             (_portF_relay_done),
+    .relay_matches          (_portF_relay_matches),
+    .relay_entry            (_portF_relay_entry),
+    .relay_store_valid      (_portF_relay_store_valid),
+    .relay_store_bits       (_portF_relay_store_bits),
+    .relay_word             (_portF_relay_word),
+    .relay_accept           (_portF_relay_accept),
+    .relay_second           (_portF_relay_second)
   );
   assign _relay_host_req = _wide_wide_req & (isNode | isFar);
   assign _relay_host_write = _wide_wide_write;
@@ -9477,38 +9499,38 @@ module ring_server(
   RelayMode relay (
     .clock                 (clock),
     .reset                 (reset),
-    .port_on               (_cans_0_relay_on),
-    .port_append_valid     (_cans_0_relay_append_valid),
-    .port_append_bits      (_cans_0_relay_append_bits),
-    .port_appended         (_cans_0_relay_appended),
-    .port_pending          (_cans_0_relay_pending),
-    .port_abort            (_cans_0_relay_abort),
-    .port_oneShot          (_cans_0_relay_oneShot),
-    .port_slots_begun      (_cans_0_relay_slots_begun),
-    .port_slots_ends_valid (_cans_0_relay_slots_ends_valid),
-    .port_slots_ends_bits  (_cans_0_relay_slots_ends_bits),
-    .port_slots_sent       (_cans_0_relay_slots_sent),
-    .port_slots_drops      (_cans_0_relay_slots_drops),
-    .port_stamp_valid      (_cans_0_relay_stamp_valid),
-    .port_stamp_bits       (_cans_0_relay_stamp_bits),
-    .port_time             (_cans_0_relay_time),
-    .port_stamped          (_cans_0_relay_stamped),
-    .port_load_valid       (_cans_0_relay_load_valid),
-    .port_load_bits        (_cans_0_relay_load_bits),
-    .port_order_valid      (_cans_0_relay_order_valid),
-    .port_order_bits       (_cans_0_relay_order_bits),
-    .port_orderReady       (_cans_0_relay_orderReady),
-    .port_data             (_cans_0_relay_data),
-    .port_start            (_cans_0_relay_start),
-    .port_identifier       (_cans_0_relay_identifier),
-    .port_done             (_cans_0_relay_done),
-    .port_matches          (_cans_0_relay_matches),
-    .port_entry            (_cans_0_relay_entry),
-    .port_store_valid      (_cans_0_relay_store_valid),
-    .port_store_bits       (_cans_0_relay_store_bits),
-    .port_word             (_cans_0_relay_word),
-    .port_accept           (_cans_0_relay_accept),
-    .port_second           (_cans_0_relay_second),
+    .port_on               (_portF_relay_on),
+    .port_append_valid     (_portF_relay_append_valid),
+    .port_append_bits      (_portF_relay_append_bits),
+    .port_appended         (_portF_relay_appended),
+    .port_pending          (_portF_relay_pending),
+    .port_abort            (_portF_relay_abort),
+    .port_oneShot          (_portF_relay_oneShot),
+    .port_slots_begun      (_portF_relay_slots_begun),
+    .port_slots_ends_valid (_portF_relay_slots_ends_valid),
+    .port_slots_ends_bits  (_portF_relay_slots_ends_bits),
+    .port_slots_sent       (_portF_relay_slots_sent),
+    .port_slots_drops      (_portF_relay_slots_drops),
+    .port_stamp_valid      (_portF_relay_stamp_valid),
+    .port_stamp_bits       (_portF_relay_stamp_bits),
+    .port_time             (_portF_relay_time),
+    .port_stamped          (_portF_relay_stamped),
+    .port_load_valid       (_portF_relay_load_valid),
+    .port_load_bits        (_portF_relay_load_bits),
+    .port_order_valid      (_portF_relay_order_valid),
+    .port_order_bits       (_portF_relay_order_bits),
+    .port_orderReady       (_portF_relay_orderReady),
+    .port_data             (_portF_relay_data),
+    .port_start            (_portF_relay_start),
+    .port_identifier       (_portF_relay_identifier),
+    .port_done             (_portF_relay_done),
+    .port_matches          (_portF_relay_matches),
+    .port_entry            (_portF_relay_entry),
+    .port_store_valid      (_portF_relay_store_valid),
+    .port_store_bits       (_portF_relay_store_bits),
+    .port_word             (_portF_relay_word),
+    .port_accept           (_portF_relay_accept),
+    .port_second           (_portF_relay_second),
     .links_on              (_ring_relay_on),
     .links_send_0          (_ring_relay_send_0),
     .links_send_1          (_ring_relay_send_1),
@@ -9527,6 +9549,20 @@ module ring_server(
     .host_ack              (_relay_host_ack),
     .host_rdata            (_relay_host_rdata),
     .irq                   (_relay_irq),
+    .counts_0              (_portF_counts_6),
+    .counts_1              (_portF_counts_7),
+    .counts_2              (_portF_counts_8),
+    .counts_3              (_portF_counts_9),
+    .counts_4              (_portF_counts_10),
+    .counts_5              (_portF_counts_11),
+    .counts_6              (_portF_counts_12),
+    .counts_7              (_portF_counts_13),
+    .counts_8              (_portF_counts_14),
+    .counts_9              (_portF_counts_15),
+    .counts_10             (_portF_counts_16),
+    .counts_11             (_portF_counts_17),
+    .counts_12             (_portF_counts_18),
+    .counts_13             (_portF_counts_19),
     .us                    (_time_us),
     .time_0                (_relay_time)
   );
@@ -9546,18 +9582,18 @@ module ring_server(
     .host_ack       (_node_host_ack),
     .host_rdata     (_node_host_rdata),
     .time_0         (_time_timer),
-    .can_0_received (_cans_0_events_received),
-    .can_0_slotDone (_cans_0_events_slotDone),
-    .can_0_state    (_cans_0_events_state),
-    .can_0_busError (_cans_0_events_busError),
-    .can_0_overrun  (_cans_0_events_overrun),
+    .can_0_received (_portF_events_received),
+    .can_0_slotDone (_portF_events_slotDone),
+    .can_0_state    (_portF_events_state),
+    .can_0_busError (_portF_events_busError),
+    .can_0_overrun  (_portF_events_overrun),
     .plant          (_node_plant),
     .irq            (_node_irq)
   );
-  assign _wide_wide_ack = _node_host_ack | _relay_host_ack | _cans_0_host_ack | _plant_host_ack;
+  assign _wide_wide_ack = _node_host_ack | _relay_host_ack | _portF_host_ack | _plant_host_ack;
   assign _wide_wide_rdata =
     (isNode ? _node_host_rdata | _ring_host_rdata | _relay_host_rdata : 32'h0) | (isFar ? _relay_host_rdata : 32'h0)
-    | (isCan_0 ? _cans_0_host_rdata : 32'h0) | (isPlant ? _plant_host_rdata : 32'h0);
+    | (isCan_0 ? _portF_host_rdata : 32'h0) | (isPlant ? _plant_host_rdata : 32'h0);
   WideHost wide (
     .narrow_req   (host_req),
     .narrow_write (host_write),
@@ -9577,8 +9613,8 @@ module ring_server(
   TimeQuanta ticks (
     .clock     (clock),
     .reset     (reset),
-    .possible  (_cans_0_bit_valid),
-    .prescaler (_cans_0_bit_bits_prescaler),
+    .possible  (_portF_bit_valid),
+    .prescaler (_portF_bit_bits_prescaler),
     .quantum   (_ring_quantum)
   );
   SlotTimer slot (

@@ -2,7 +2,7 @@ package flyframe
 
 import chisel3._
 import chisel3.util._
-import flyframe.can.{Bridge, CanPort}
+import flyframe.can.{Bridge, CanPort, WordCounter}
 import flyframe.clocks.LevelCrossing
 import flyframe.fibre.RingPorts
 import flyframe.host.HostInterface
@@ -13,7 +13,7 @@ import flyframe.params.{EscParams, FibreParams}
 import flyframe.plant.PlantNetwork
 import flyframe.port.SlotTimer
 import flyframe.registers.{CanRegisters, PlantRegisters, RingRegisters}
-import flyframe.relay.RelayMode
+import flyframe.relay.{RelayCounter, RelayMode}
 
 /** The pins of an optical port, from and to its module. */
 class OpticalPins extends Bundle {
@@ -62,8 +62,17 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
 
   private val time = Module(new NodeTime(p.coreClockMhz))
   private val ring = Module(new RingPorts(fibre, p.nodeIdWidth, p.hasRelay))
-  private val cans =
-    Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n, p.hasRelay && n == 0, isTolerant = n > 0)))
+  private val portF = Module(
+    new CanPort(
+      p.can,
+      0,
+      p.hasRelay,
+      isTolerant = false,
+      RingRegisters.Counters,
+      RingNode.counters(p.hasRelay)
+    )
+  )
+  private val cans  = portF +: Seq.tabulate(p.canPorts - 1)(n => Module(new CanPort(p.can, n + 1)))
   private val relay = Option.when(p.hasRelay)(Module(new RelayMode(p.can)))
   private val node  = Module(new NodeHost(p))
   private val wide  = Module(new WideHost(p.lanes))
@@ -71,7 +80,6 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
 
   // ---- the ring, and the port on it ----
 
-  private val portF = cans.head
   for ((pins, n) <- Seq(optical_1, optical_2).zipWithIndex) {
     ring.rx(n)      := pins.rx
     ring.optical(n) := pins.signal
@@ -85,6 +93,9 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
   ring.quanta     := portF.bit.bits.quanta
   ring.us         := time.us
   ring.timer      := time.timer
+
+  // The counters of the ring lie in the memory of its port.
+  portF.counts.get := VecInit(ring.counts ++ relay.toSeq.flatMap(_.counts))
 
   for (r <- relay) {
     r.port <> portF.relay.get
@@ -133,11 +144,12 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
 
   // Who an address belongs to, by its upper byte; what belongs to nobody is answered by the node.
   wide.narrow <> connection.port
-  private val page = wide.wide.addr(15, 8)
+  private val page      = wide.wide.addr(15, 8)
+  private val isCounter = wide.wide.addr(15, 5) === (RingRegisters.Counters >> 5).U
   private val isCan = cans.indices.map { n =>
     Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
       .map(starts => page === (starts(n) >> 8).U)
-      .reduce(_ || _)
+      .reduce(_ || _) || (n == 0).B && isCounter
   }
   private val isFar = page === (RingRegisters.Distances >> 8).U && p.hasRelay.B
   private val isPlant = plant.fold(false.B) { _ =>
@@ -174,4 +186,28 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
   }
   irq := node.irq || ring.irq || relay.fold(false.B)(_.irq)
   connection.side.foreach(_.events := irq)
+}
+
+object RingNode {
+
+  /** The counters of the ring, as [[RingPorts]] and [[RelayMode]] have their events: of own frames all may be
+    * done at once; own ones may begin, and others be turned back, at both ports at once.
+    */
+  def counters(hasRelay: Boolean): Seq[WordCounter] = {
+    import RelayCounter._
+    def at(address: Int, bytes: Int, waiting: Int) = WordCounter(
+      (address - RingRegisters.Counters) / 4,
+      Option.when(bytes == 1)(address % 4),
+      waiting
+    )
+    val ofRelay = RingRegisters.RelayCounters.zipWithIndex.map { case ((address, bytes), counter) =>
+      val waiting = counter match {
+        case Repeated | Failed | Confirmed                 => 5
+        case Stray | Doubles | Aborted | Wrapped | OwnSent => 2
+        case _                                             => 1
+      }
+      at(address, bytes, waiting)
+    }
+    RingRegisters.BusCounters.map(at(_, 1, 1)) ++ (if (hasRelay) ofRelay else Nil)
+  }
 }

@@ -16,6 +16,12 @@ object RingRegisters {
   val Closings = 0x002c
   val Latches  = 0x002d
 
+  /** Where counters begin: eight words, in which there is nothing else. */
+  val Counters = 0x0020
+
+  /** Those of ports and bus mode. */
+  val BusCounters: Seq[Int] = Seq(Losses1, Losses2, Noise1, Noise2, Closings, Latches)
+
   /** Where ports and bus mode have their part of the node's events, see [[NodeRegisters]]. */
   val Events = 0x0040
   val Mask   = 0x0042
@@ -117,6 +123,9 @@ object RingRegisters {
 
   /** Their names, in the order of the addresses. */
   val RelayCounterNames: Seq[String] = relayCounters.map(_._3)
+
+  /** Their addresses and bytes. */
+  val RelayCounters: Seq[(Int, Int)] = relayCounters.map(c => (c._1, c._2))
 
   /** What only relay mode has, but [[distances]]. */
   val relay: Seq[Register] = Seq(

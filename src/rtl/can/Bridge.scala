@@ -92,6 +92,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   into.job.bits.target := target
   into.job.bits.write  := !looks
   into.job.bits.counts := counts
+  into.job.bits.wide   := false.B
   // Beside the DLC there is the time stamp.
   into.job.bits.bytes := Mux(counts || part === 1.U, 1.U, Fill(4, !looks))
   into.job.bits.data  := Mux(part === 1.U, word(3, 0), word)

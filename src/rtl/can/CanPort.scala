@@ -72,8 +72,19 @@ class RelaySide(p: CanParams) extends Bundle {
   *   relay mode uses it, too
   * @param isTolerant
   *   a recessive FDF is a protocol exception (CAN-08); on the ring it is a form error (FB-11)
+  * @param countersAt
+  *   first address of `counters`
+  * @param counters
+  *   of others, in words that its memory has room for
   */
-class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Boolean = true) extends Module {
+class CanPort(
+    p: CanParams,
+    port: Int,
+    hasRelay: Boolean = false,
+    isTolerant: Boolean = true,
+    countersAt: Int = 0,
+    counters: Seq[WordCounter] = Nil
+) extends Module {
 
   /** Levels, true for recessive: of the bus, in the clock of this module, and what is driven. */
   val rx = IO(Input(Bool()))
@@ -87,6 +98,9 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
 
   /** As the host has set it; valid if it is possible. */
   val bit = IO(Output(Valid(new NominalBit)))
+
+  /** Something has happened that `counters` count. */
+  val counts: Option[Vec[Bool]] = Option.when(counters.nonEmpty)(IO(Input(Vec(counters.size, Bool()))))
 
   val relay: Option[RelaySide] =
     Option.when(hasRelay)(IO(Flipped(new RelaySide(p))).suggestName("relay"))
@@ -103,11 +117,12 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   private val shift    = Module(new FrameShift)
   private val order    = Module(new SlotOrder(p))
   private val states   = Module(new SlotStates(p, hasRelay))
-  private val memory   = Module(new PortMemory(if (p.bridge) 4 else 3))
+  private val words    = Option.when(counters.nonEmpty)(Module(new WordCounters(counters)))
+  private val memory   = Module(new PortMemory(Seq(words.nonEmpty, p.bridge).count(identity) + 3))
   private val filter   = Module(new AcceptanceFilter(p))
   private val fifo     = Module(new ReceiveFifo(p.rxFrames, hasBridge = p.bridge))
   private val recorder = Module(new EventRecorder(p.bridge))
-  private val front    = Module(new PortHost(p, port))
+  private val front    = Module(new PortHost(p, port, words.map(_ => countersAt)))
   private val control  = front.control
   private val happens  = engine.events
 
@@ -201,6 +216,7 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   stamp.bits.target := stamp.bits.source
   stamp.bits.write  := true.B
   stamp.bits.counts := false.B
+  stamp.bits.wide   := false.B
   stamp.bits.bytes  := "b1100".U
   stamp.bits.data   := relayed(sofTime)(_.time) ## 0.U(16.W)
 
@@ -237,6 +253,7 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   memory.job(1)    := stamp
   memory.job(2)    := front.job
   front.waits      := recorder.clears
+  front.counting   := words.fold(false.B)(_.waits)
   front.done       := memory.done(2)
   front.data       := memory.word
   front.host <> host
@@ -265,6 +282,13 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
     engine.warning =/= RegNext(engine.warning, false.B)
   events.busError := happens.error.valid
   events.overrun  := fifo.drops
+
+  for (w <- words) {
+    val job = memory.job.size - 1
+    w.events        := counts.get
+    memory.job(job) := w.job
+    w.done          := memory.done(job)
+  }
 
   // ---- the other port ----
 

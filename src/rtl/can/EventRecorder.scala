@@ -95,6 +95,7 @@ class EventRecorder(hasBridge: Boolean = false) extends Module {
   job.bits.target := place
   job.bits.write  := true.B
   job.bits.counts := counts
+  job.bits.wide   := false.B
   job.bits.bytes := Mux(
     counts,
     UIntToOH(counter(1, 0)),

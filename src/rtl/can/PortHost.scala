@@ -53,8 +53,10 @@ class PortControl extends Bundle {
   *
   * @param port
   *   0 or 1: the addresses are those of this port
+  * @param counters
+  *   the first address of eight words of counters that are read here, too
   */
-class PortHost(p: CanParams, port: Int) extends Module {
+class PortHost(p: CanParams, port: Int, counters: Option[Int] = None) extends Module {
   private val slotBits = log2Ceil(p.slots)
 
   val host    = IO(new HostPort(4))
@@ -78,7 +80,10 @@ class PortHost(p: CanParams, port: Int) extends Module {
 
   /** No job may begin: what was ordered is not done yet. */
   val waits = IO(Input(Bool()))
-  val hold  = IO(Output(Bool()))
+
+  /** Something is to be counted yet, so that no counter may be read. */
+  val counting = IO(Input(Bool()))
+  val hold     = IO(Output(Bool()))
 
   private val flags   = RegInit(0.U.asTypeOf(new PortControl)) // reset: as the register table says
   private val setting = RegInit(0.U.asTypeOf(new TimingSetting))
@@ -94,6 +99,7 @@ class PortHost(p: CanParams, port: Int) extends Module {
   private val inPort              = isPage(CanRegisters.PortStarts(port)) && host.addr(7, 6) === 0.U
   private val inSlots             = isPage(CanRegisters.SlotStarts(port))
   private val inFilter            = isPage(CanRegisters.FilterStarts(port)) && host.addr(7, 3) < p.filters.U
+  private val inCounters          = counters.fold(false.B)(c => host.addr(15, 5) === (c >> 5).U)
   private val offset              = host.addr(7, 2)
   private def isAt(register: Int) = inPort && offset(3, 0) === (register / 4).U
   private def isWritten(register: Int)   = host.write && isAt(register) && host.be(register % 4)
@@ -144,8 +150,12 @@ class PortHost(p: CanParams, port: Int) extends Module {
       inPort   -> PortMemory.Registers.U(2.W)
     )
   )
-  private val place = page ## offset
-  job.valid       := active && !waits && (!isRequest || allAsked)
+  private val place = Mux(
+    inCounters,
+    PortMemory.Counters.U(PortMemory.AddressBits.W) | offset(2, 0),
+    page ## offset
+  )
+  job.valid       := active && !waits && !(inCounters && counting) && (!isRequest || allAsked)
   job.bits.source := Mux(host.write && inFilter, waiting ## (isMask && !copies), place)
   job.bits.target := Mux(
     isCommit,
@@ -154,6 +164,7 @@ class PortHost(p: CanParams, port: Int) extends Module {
   )
   job.bits.write  := host.write && (inSlots || inFilter || isAt(CanRegisters.Timing))
   job.bits.counts := false.B
+  job.bits.wide   := false.B
   job.bits.bytes  := Mux(copies, 0.U, stored)
   job.bits.data   := host.wdata & kept
   hold            := isCommit && active
@@ -202,12 +213,12 @@ class PortHost(p: CanParams, port: Int) extends Module {
         0.U(9.W),
         flags.asUInt
       ),
-      isAt(CanRegisters.ErrorCounters)              -> status.rec ## 0.U(7.W) ## status.tec,
-      isAt(CanRegisters.RxLevel)                    -> status.level,
-      isAt(CanRegisters.Requests)                   -> status.pending,
-      isAt(CanRegisters.Sent)                       -> status.failed ## status.sent,
-      (inFrame && status.level =/= 0.U)             -> rxData,
-      (inSlots || inFilter || (inPort && !inFrame)) -> data
+      isAt(CanRegisters.ErrorCounters)                            -> status.rec ## 0.U(7.W) ## status.tec,
+      isAt(CanRegisters.RxLevel)                                  -> status.level,
+      isAt(CanRegisters.Requests)                                 -> status.pending,
+      isAt(CanRegisters.Sent)                                     -> status.failed ## status.sent,
+      (inFrame && status.level =/= 0.U)                           -> rxData,
+      (inSlots || inFilter || inCounters || (inPort && !inFrame)) -> data
     )
   )
   host.ack   := acknowledged

@@ -5,13 +5,15 @@ import chisel3.util._
 import flyframe.ram.DualPortRam
 
 /** Work on one word of [[PortMemory]]: it is read, and, if `write`, those of its bytes that `bytes` names are
-  * replaced by those of `data`, or counted up by one if `counts`; the result goes to `target`.
+  * replaced by those of `data`, or counted up by one if `counts`, each for itself up to 255, or, if `wide`,
+  * the first one with the others as its upper bytes; the result goes to `target`.
   */
 class MemoryJob extends Bundle {
   val source = UInt(PortMemory.AddressBits.W)
   val target = UInt(PortMemory.AddressBits.W)
   val write  = Bool()
   val counts = Bool()
+  val wide   = Bool()
   val bytes  = UInt(4.W)
   val data   = UInt(32.W)
 }
@@ -78,8 +80,14 @@ class PortMemory(jobs: Int) extends Module {
   private val merged = RegNext(bytes { i => // nobody has a job while it is cleared: of 0
     Mux((atHand.bytes(i) && !atHand.counts) || !isClear, byte(atHand.data, i), byte(data, i))
   })
-  private val ups     = RegNext(Fill(4, atHand.counts) & atHand.bytes)
-  private val counted = bytes(i => byte(merged, i) + (ups(i) && !byte(merged, i).andR))
+  private val ups    = RegNext(Fill(4, atHand.counts) & atHand.bytes)
+  private val isWide = RegNext(atHand.counts && atHand.wide)
+  private val isFull = (0 until 4).map(byte(merged, _).andR)
+  private val adds = (0 until 4).map { i =>
+    if (i == 0) ups(0) && (isWide || !isFull(0))
+    else Mux(isWide, ups(0) && isFull.take(i).reduce(_ && _), ups(i) && !isFull(i))
+  }
+  private val counted = bytes(i => byte(merged, i) + adds(i))
   word                := merged
   ram.io.write        := !isClear || (writes.orR && atHand.write)
   ram.io.writeAddress := Mux(isClear, atHand.target, clearing)
@@ -95,6 +103,9 @@ object PortMemory {
   val Filters   = 1
   val Waiting   = 2 // the two words of a filter that is being written
   val Registers = 3 // by the offset of a register from the start of its port
+
+  /** Eight words of counters, see [[WordCounters]]. */
+  val Counters = 2 * 64 + 8
 
   /** Where the register with this offset lies. */
   def register(offset: Int): UInt = (Registers * 64 + offset / 4).U(AddressBits.W)

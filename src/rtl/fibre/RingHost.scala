@@ -72,28 +72,17 @@ class RingHost(addressBits: Int) extends Module {
   events := (events & ~Mux(clears._1, clears._2(6, 5), 0.U(2.W))) | (modeEvent ## portEvent)
   irq    := (events & mask).orR
 
-  // ---- counters ----
+  // ---- what it reads ----
 
-  private def counted(event: Bool): UInt = {
-    val count = RegInit(0.U(8.W)) // reset: as the register table says
-    when(event && !count.andR) { count := count + 1.U }
-    count
-  }
   private val state = Cat(ring.cutOff, false.B, ring.alone, ring.guard, ring.mode)
   private val shown = Seq(
-    RingRegisters.Address  -> address,
-    RingRegisters.Control  -> Cat(off, false.B, forced, home, false.B),
-    RingRegisters.State    -> state,
-    RingRegisters.Ports    -> Cat((1 to 0 by -1).map(n => ring.stuck(n) ## portBits(ports(n)))),
-    RingRegisters.UpMs     -> upMs,
-    RingRegisters.Losses1  -> counted(ports(0).loses),
-    RingRegisters.Losses2  -> counted(ports(1).loses),
-    RingRegisters.Noise1   -> counted(ports(0).noise),
-    RingRegisters.Noise2   -> counted(ports(1).noise),
-    RingRegisters.Closings -> counted(ring.closes),
-    RingRegisters.Latches  -> counted(ring.latch),
-    RingRegisters.Events   -> (events ## 0.U(5.W)),
-    RingRegisters.Mask     -> (mask ## 0.U(5.W))
+    RingRegisters.Address -> address,
+    RingRegisters.Control -> Cat(off, false.B, forced, home, false.B),
+    RingRegisters.State   -> state,
+    RingRegisters.Ports   -> Cat((1 to 0 by -1).map(n => ring.stuck(n) ## portBits(ports(n)))),
+    RingRegisters.UpMs    -> upMs,
+    RingRegisters.Events  -> (events ## 0.U(5.W)),
+    RingRegisters.Mask    -> (mask ## 0.U(5.W))
   )
   private def portBits(port: PortReport) = port.up ## port.search ## port.signal
 

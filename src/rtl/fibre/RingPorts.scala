@@ -53,6 +53,9 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   val host = IO(new HostPort(4))
   val irq  = IO(Output(Bool()))
 
+  /** What is counted, as in [[flyframe.registers.RingRegisters.BusCounters]], each a pulse. */
+  val counts = IO(Output(Vec(6, Bool())))
+
   val relay: Option[RingLinks] = Option.when(hasRelay)(IO(Flipped(new RingLinks)).suggestName("relay"))
   private def inRelay(n: Int)(of: RingLinks => Vec[Bool]) = relay.fold(false.B)(r => r.on && of(r)(n))
   private val isBus                                       = !relay.fold(false.B)(_.on)
@@ -105,6 +108,9 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   for (n <- 0 to 1) front.ring.stuck(n) := ring.report.stuck(n) || inRelay(n)(_.stuck)
   front.host <> host
   irq := front.irq
+  counts := VecInit(
+    ports.map(_.report.loses) ++ ports.map(_.report.noise) :+ ring.report.closes :+ ring.report.latch
+  )
 }
 
 object RingPorts {

@@ -134,11 +134,11 @@ class OwnFrames(p: CanParams) extends Module {
 
   // ---- copies that came home: they count two bits later (RB-22) ----
 
-  private val homes     = Reg(Vec(2, new HomeFrame))
-  private val hasHome   = RegInit(VecInit(false.B, false.B)) // reset: none
-  private val isNew     = RegInit(VecInit(false.B, false.B)) // it has just come
-  private val isLate    = RegInit(VecInit(false.B, false.B)) // it came a bit ago
-  private val isDue     = RegInit(VecInit(false.B, false.B)) // it is looked at by this walk
+  private val homes   = Reg(Vec(2, new HomeFrame))
+  private val hasHome = RegInit(VecInit(false.B, false.B)) // reset: none
+  private val isNew   = RegInit(VecInit(false.B, false.B)) // it has just come
+  private val isLate  = RegInit(VecInit(false.B, false.B)) // it came a bit ago
+  private val isDue   = RegInit(VecInit(false.B, false.B)) // it is looked at by this walk
   private val isOwn   = RegInit(VecInit(false.B, false.B)) // one that is on its way; reset: none
   for (q <- 0 to 1) {
     when(tick) {
@@ -155,13 +155,13 @@ class OwnFrames(p: CanParams) extends Module {
   }
 
   // One behind the other, in front of the walk.
-  private val isSecond  = walk
-  private val due       = Mux(isSecond, homes(1), homes(0))
-  private val isUsed    = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
-  private val ahead     = due.sequence - next // below it by 1 to 16: on its way
-  private val isData    = due.kind === LinkKind.Data.U
-  private val isLife    = due.kind === LinkKind.Start.U
-  private val isBehind  = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
+  private val isSecond = walk
+  private val due      = Mux(isSecond, homes(1), homes(0))
+  private val isUsed   = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
+  private val ahead    = due.sequence - next // below it by 1 to 16: on its way
+  private val isData   = due.kind === LinkKind.Data.U
+  private val isLife   = due.kind === LinkKind.Start.U
+  private val isBehind = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
   private val isForeign = Mux(
     isData,
     isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,
@@ -276,18 +276,18 @@ class OwnFrames(p: CanParams) extends Module {
   look  := Mux(phase === Looks(0).U, choice.next(0).bits.place, choice.next(1).bits.place)
   order := Mux(Mux(phase === (Looks(0) + 1).U, lifeWaits(0), lifeWaits(1)), 0.U, looked)
 
-  private val isAble     = setting.on && !inConflict && setting.address =/= 0.U && !listens
-  private val isLife1    = Mux(looked1, lifeWaits(1), lifeWaits(0)) // at the port that decides
-  private val nextIsNew  = begins.asUInt.orR && !isLife1 && it.isNew && !isBegun
-  private val nextLow    = next(SequenceBits - 1, 0)
-  private val nextHigh   = next(SequenceWidth - 1, SequenceBits)
+  private val isAble    = setting.on && !inConflict && setting.address =/= 0.U && !listens
+  private val isLife1   = Mux(looked1, lifeWaits(1), lifeWaits(0)) // at the port that decides
+  private val nextIsNew = begins.asUInt.orR && !isLife1 && it.isNew && !isBegun
+  private val nextLow   = next(SequenceBits - 1, 0)
+  private val nextHigh  = next(SequenceWidth - 1, SequenceBits)
   counts.sent := nextIsNew
   when(phase === Looks(0).U) {
     began    := VecInit(false.B, false.B)
     beganNew := VecInit(false.B, false.B)
   }
-  // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last one
-  // in front of this cycle, by the other port.
+  // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last
+  // one in front of this cycle, by the other port.
   private val low      = Mux(it.isNew, nextLow - 1.U, it.sequence)
   private val sequence = Mux(nextIsNew, next, Mux(low >= nextLow, nextHigh - 1.U, nextHigh) ## low)
   for (q <- 0 to 1) {

@@ -149,8 +149,8 @@ class Receiving(p: CanParams) extends Module {
         step := Mux(isReserved, Step.idle, Step.searches)
       }
     }
-    // A frame that is whole does not wait for the filters of another one: that is looked for anew then, and so
-    // is one that came instead of a frame that broke off.
+    // A frame that is whole does not wait for the filters of another one: that is looked for anew then, and
+    // so is one that came instead of a frame that broke off.
     is(Step.searches) {
       when(found) {
         isAsked(port) := false.B
@@ -223,9 +223,9 @@ class Receiving(p: CanParams) extends Module {
   }
   when(!on) {
     for (flags <- Seq(isHead, isWhole, isAsked, isKnown)) flags := VecInit(false.B, false.B)
-    headAt   := 0.U
-    left     := 0.U
-    step     := Step.idle
+    headAt := 0.U
+    left   := 0.U
+    step   := Step.idle
   }
 }
 

@@ -24,10 +24,6 @@ class RelayHost extends Module {
   val irq      = IO(Output(Bool()))
   val address  = IO(Input(UInt(7.W)))
 
-  /** Of [[RelayCounts]]: the word at an address is there in the next cycle. */
-  val reads   = IO(Output(Bool()))
-  val counted = IO(Input(UInt(32.W)))
-
   /** Of [[Sources]]: asks for the distances of a source until they are told, that of port 1 in the low byte.
     */
   val asks = IO(Output(Valid(UInt(7.W))))
@@ -95,15 +91,12 @@ class RelayHost extends Module {
 
   // ---- what it reads ----
 
-  private val isCount = host.addr(15, 5) === (RingRegisters.Losses1 >> 5).U
-  reads := active && isCount
   host.rdata := Mux1H(
     Seq(
       isAt(RingRegisters.Address) -> (conflict ## 0.U(11.W) ## relay ## 0.U(8.W)),
       isAt(RingRegisters.LinkBit) -> (high ## low ## bit.pad(16)),
       isAt(RingRegisters.Retries) -> (life ## 0.U(8.W) ## retries),
       isAt(RingRegisters.Events)  -> (mask ## 0.U(15.W) ## event ## 0.U(RingRegisters.ConflictEvent.W)),
-      isCount                     -> counted,
       isFar                       -> (second ## first)
     )
   )

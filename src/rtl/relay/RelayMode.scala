@@ -18,6 +18,9 @@ class RelayMode(p: CanParams) extends Module {
   val host  = IO(new HostPort(4))
   val irq   = IO(Output(Bool()))
 
+  /** What is counted, by [[RelayCounter]], each a pulse. */
+  val counts = IO(Output(Vec(RelayCounter.Count, Bool())))
+
   /** A microsecond ends with this cycle; how many had ended before it. */
   val us   = IO(Input(Bool()))
   val time = IO(Input(UInt(16.W)))
@@ -28,7 +31,6 @@ class RelayMode(p: CanParams) extends Module {
   private val bytes     = Module(new OwnBytes(slotBits))
   private val receiving = Module(new Receiving(p))
   private val sources   = Module(new Sources)
-  private val counts    = Module(new RelayCounts)
   private val front     = Module(new RelayHost)
   private val setting   = front.setting
 
@@ -145,24 +147,21 @@ class RelayMode(p: CanParams) extends Module {
   front.oneShot  := port.oneShot
   front.conflict := own.conflict
   front.address  := links.address
-  front.counted  := counts.data
-  counts.address := host.addr(5, 2)
-  counts.reads   := front.reads
   irq            := front.irq
 
   private val c = passing.counts
-  counts.events(RelayCounter.BadHeader)     := c.badHeader(0)
-  counts.events(RelayCounter.BadHeader + 1) := c.badHeader(1)
-  counts.events(RelayCounter.BadFrame)      := c.badFrame(0)
-  counts.events(RelayCounter.BadFrame + 1)  := c.badFrame(1)
-  counts.events(RelayCounter.Stray)         := c.stray
-  counts.events(RelayCounter.Doubles)       := sources.double
-  counts.events(RelayCounter.Repeated)      := own.counts.repeated
-  counts.events(RelayCounter.Failed)        := own.counts.failed
-  counts.events(RelayCounter.Aborted)       := c.aborted
-  counts.events(RelayCounter.Wrapped)       := c.wrapped
-  counts.events(RelayCounter.Passed)        := c.passed(0)
-  counts.events(RelayCounter.Passed + 1)    := c.passed(1)
-  counts.events(RelayCounter.OwnSent)       := own.counts.sent
-  counts.events(RelayCounter.Confirmed)     := own.counts.confirmed
+  counts(RelayCounter.BadHeader)     := c.badHeader(0)
+  counts(RelayCounter.BadHeader + 1) := c.badHeader(1)
+  counts(RelayCounter.BadFrame)      := c.badFrame(0)
+  counts(RelayCounter.BadFrame + 1)  := c.badFrame(1)
+  counts(RelayCounter.Stray)         := c.stray
+  counts(RelayCounter.Doubles)       := sources.double
+  counts(RelayCounter.Repeated)      := own.counts.repeated
+  counts(RelayCounter.Failed)        := own.counts.failed
+  counts(RelayCounter.Aborted)       := c.aborted
+  counts(RelayCounter.Wrapped)       := c.wrapped
+  counts(RelayCounter.Passed)        := c.passed(0)
+  counts(RelayCounter.Passed + 1)    := c.passed(1)
+  counts(RelayCounter.OwnSent)       := own.counts.sent
+  counts(RelayCounter.Confirmed)     := own.counts.confirmed
 }

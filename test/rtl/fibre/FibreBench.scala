@@ -6,8 +6,10 @@ import chisel3.util._
 import chiseltest._
 import flyframe.StandingSimulation
 import flyframe.params.FibreParams
+import flyframe.registers.RingRegisters
 
-/** A node with what else it needs of a controller: the us counter and the time quanta of port F. */
+/** A node with what else it needs of a controller: the us counter, the time quanta of port F, and counters.
+  */
 class NodeUnderTest(p: FibreParams) extends Module {
   val ports = IO(new Bundle {
     val rx      = Input(Vec(2, Bool()))
@@ -43,6 +45,14 @@ class NodeUnderTest(p: FibreParams) extends Module {
   dut.quanta  := quanta
   interrupts  := dut.irq
   dut.host <> host
+
+  // A node has its counters in the memory of port F.
+  private val counters = RingRegisters.BusCounters.zip(dut.counts).map { case (register, event) =>
+    val count = RegInit(0.U(8.W))
+    when(event && !count.andR) { count := count + 1.U }
+    Mux(host.addr(15, 2) === (register / 4).U, count.pad(32) << 8 * (register % 4), 0.U)(31, 0)
+  }
+  host.rdata := counters.foldLeft(dut.host.rdata)(_ | _)
 }
 
 /** Nodes that share all inputs; each has a clock of its own, which passes a cycle when it is enabled: it

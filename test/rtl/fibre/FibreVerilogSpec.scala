@@ -4,6 +4,7 @@ import java.nio.file.{Files, Paths}
 import chisel3.RequireAsyncReset
 import circt.stage.ChiselStage
 import flyframe.params.FibreParams
+import flyframe.registers.RingRegisters
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.sys.process._
 
@@ -26,7 +27,8 @@ class FibreVerilogSpec extends AnyFlatSpec {
 
   private val pins = Seq("rx", "tx", "optical").flatMap(name => Seq(s"${name}_0", s"${name}_1"))
   private val names = pins ++ Seq("clock", "reset", "drive", "bus", "us", "timer", "quantum", "quanta") ++
-    Seq("req", "write", "addr", "wdata", "be", "ack", "rdata").map("host_" + _) :+ "irq"
+    Seq("req", "write", "addr", "wdata", "be", "ack", "rdata").map("host_" + _) ++
+    RingRegisters.BusCounters.indices.map(n => s"counts_$n") :+ "irq"
 
   for (clock <- Seq(100, 50); demodulator <- Seq(0, 1)) {
     val p = FibreParams(coreClockMhz = clock, demodulator = demodulator)

@@ -1,6 +1,7 @@
 package flyframe.relay
 
 import chisel3._
+import flyframe.RingNode
 import flyframe.can.CanPort
 import flyframe.fibre.RingHost
 import flyframe.memory.HostPort
@@ -18,11 +19,14 @@ class RelayPortUnderTest(p: CanParams) extends Module {
   val irq   = IO(Output(Bool()))
 
   private val relay = Module(new RelayMode(p))
-  private val port  = Module(new CanPort(p, 0, hasRelay = true, isTolerant = false))
-  private val ring  = Module(new RingHost(7))
-  private val time  = Module(new NodeTime(p.coreClockMhz))
+  private val port = Module(
+    new CanPort(p, 0, hasRelay = true, isTolerant = false, RingRegisters.Counters, RingNode.counters(true))
+  )
+  private val ring = Module(new RingHost(7))
+  private val time = Module(new NodeTime(p.coreClockMhz))
 
   relay.port <> port.relay.get
+  port.counts.get     := VecInit(RingRegisters.BusCounters.map(_ => false.B) ++ relay.counts)
   relay.links.up      := up
   relay.links.level   := heard
   relay.links.address := ring.control.address
@@ -43,10 +47,12 @@ class RelayPortUnderTest(p: CanParams) extends Module {
   ring.ring.alone := !up(0) && !up(1)
   ring.ring.mode  := Mux(up(0) === up(1), 1.U, Mux(up(0), 2.U, 3.U))
 
-  private val page = host.addr(15, 8)
-  private val isPort = Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
-    .map(starts => page === (starts.head >> 8).U)
-    .reduce(_ || _)
+  private val page      = host.addr(15, 8)
+  private val isCounter = host.addr(15, 5) === (RingRegisters.Counters >> 5).U
+  private val isPort =
+    isCounter || Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
+      .map(starts => page === (starts.head >> 8).U)
+      .reduce(_ || _)
   private val isFar = page === (RingRegisters.Distances >> 8).U
   for ((unit, isMeant) <- Seq(port.host -> isPort, ring.host -> (!isPort && !isFar), relay.host -> !isPort)) {
     unit.req   := host.req && isMeant
