@@ -3,7 +3,7 @@ package flyframe.can
 import chisel3._
 import chisel3.util._
 
-/** What is known of a bit before it is heard. */
+/** What is known of a bit before it is sampled, and in the cycle behind that. */
 class BitState extends Bundle {
   val place = new BitPlace
 
@@ -28,16 +28,16 @@ class BitState extends Bundle {
   val ownBit   = Bool()
   val ownAhead = Bool()
 
-  /** The own frame is acknowledged inside. */
-  val loopBack = Bool()
+  /** When the bit was sampled: the own frame is acknowledged inside; errors change the counters. */
+  val wasLooped = Bool()
+  val mayCount  = Bool()
 
-  /** [[Confinement]]; errors change its counters. */
-  val counts        = Bool()
+  /** [[Confinement]]. */
   val passive       = Bool()
   val passiveBehind = new PassiveBehind
 }
 
-/** What a bit means, when it has been heard as the one or the other. */
+/** What a bit means, as it was heard. */
 class BitMeaning extends Bundle {
   val verdict = new BitVerdict
 
@@ -52,22 +52,24 @@ class BitMeaning extends Bundle {
   val level = Bool()
 }
 
-/** Works out beforehand what a bit will mean if it is heard as `heard`: when it is sampled nothing is left
-  * but to choose. `meaning` is right two cycles behind the last change of `state`, its verdict and place one;
-  * bits are long enough for that (CB-15).
+/** Works out what a bit means while it is sampled: `meaning` is right in the cycle behind the sample, which
+  * comes two cycles behind the last change of `state` at the earliest (CB-15).
   */
-class BitOutlook(heard: Boolean, isTolerant: Boolean = true) extends Module {
+class BitOutlook(isTolerant: Boolean = true) extends Module {
   import CanField._
 
-  val state   = IO(Input(new BitState))
+  val state = IO(Input(new BitState))
+
+  /** The level, in the cycle of the sample. */
+  val heard   = IO(Input(Bool()))
   val meaning = IO(Output(new BitMeaning))
 
   private val s     = state
-  private val level = heard.B
-  private val more  = s.run.and(level)
+  private val more  = s.run.and(heard)
+  private val level = RegNext(heard)
   private val check = Module(new BitCheck(isTolerant))
   check.place         := s.place
-  check.heard         := level
+  check.heard         := heard
   check.sent          := s.sent
   check.sender        := s.sender
   check.sendsExtended := s.ownBit
@@ -77,7 +79,7 @@ class BitOutlook(heard: Boolean, isTolerant: Boolean = true) extends Module {
 
   private val walk = Module(new NextPlace)
   walk.place      := s.place
-  walk.heard      := level
+  walk.heard      := heard
   walk.isExtended := s.isExtended
   walk.isRemote   := s.isRemote
   walk.dlc        := s.dlc
@@ -110,11 +112,11 @@ class BitOutlook(heard: Boolean, isTolerant: Boolean = true) extends Module {
   private val sends    = s.sender && !verdict.lost && !s.place.is(Intermission)
   private val isStuff  = isFull && (next.isStuffed || next.is(CrcDelimiter))
   private val frameBit = Mux(isStuff, !level, ownBit)
-  private val acks     = next.is(AckSlot) && Mux(s.sender, s.loopBack, !s.crcIsWrong)
+  private val acks     = next.is(AckSlot) && Mux(s.sender, s.wasLooped, !s.crcIsWrong)
   private val flags    = next.is(ActiveErrorFlag, OverloadFlag) && !next.behindFlag
   private val calmly   = Mux(sends && (next.isStuffed || isStuff), frameBit, !acks && !flags)
   private val isPassive = Mux(
-    !s.counts || (s.sender && verdict.stuffInArbitration),
+    !s.mayCount || (s.sender && verdict.stuffInArbitration),
     s.passive,
     Mux(
       s.sender,
@@ -122,5 +124,5 @@ class BitOutlook(heard: Boolean, isTolerant: Boolean = true) extends Module {
       Mux(verdict.inFlag, s.passiveBehind.recUp8, s.passiveBehind.recUp1)
     )
   )
-  meaning.level := RegNext(Mux(verdict.error, isPassive, calmly && !verdict.overload))
+  meaning.level := Mux(verdict.error, isPassive, calmly && !verdict.overload)
 }

@@ -73,8 +73,8 @@ class FrameBits extends Bundle {
 /** Sends and receives frames bit by bit: fields, arbitration, errors, overload frames (CAN-03 to CAN-35). One
   * register, `place`, tells where on the bus the node is; it is the same for sender and receiver.
   *
-  * A sample is dealt with in the cycle behind it; the next bit may begin in that cycle. What the bit means
-  * has been worked out beforehand, for either level, see [[BitOutlook]].
+  * A sample is dealt with in the cycle behind it; the next bit may begin in that cycle. What the bit means is
+  * worked out while it is sampled, see [[BitOutlook]].
   *
   * @param firstTec
   *   TEC at the beginning; 0 but in proofs
@@ -155,8 +155,7 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   private val isStuff   = RegNext(run.isFull && (place.isStuffed || place.is(CrcDelimiter)), false.B)
   private val counters  = Module(new Confinement(firstTec))
   private val state     = Wire(new BitState)
-  private val dominant  = Module(new BitOutlook(heard = false, isTolerant))
-  private val recessive = Module(new BitOutlook(heard = true, isTolerant))
+  private val outlook   = Module(new BitOutlook(isTolerant))
   state.place         := place
   state.sent          := ownLevel
   state.sender        := sender
@@ -169,13 +168,13 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   state.dlc           := dlc
   state.ownBit        := ownBit
   state.ownAhead      := ownAhead
-  state.loopBack      := mode.loopBack
-  state.counts        := maySend
+  state.wasLooped     := wasLooped
+  state.mayCount      := mayCount
   state.passive       := counters.passive
   state.passiveBehind := counters.passiveBehind
-  dominant.state      := state
-  recessive.state     := state
-  private val meaning  = Mux(heard, recessive.meaning, dominant.meaning)
+  outlook.state       := state
+  outlook.heard       := sample.bits
+  private val meaning  = outlook.meaning
   private val verdict  = meaning.verdict
   private val isGood   = sampled && !verdict.error
   private val more     = run.and(heard)

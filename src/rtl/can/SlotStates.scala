@@ -62,36 +62,33 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val last   = Reg(UInt(slotBits.W))
   private val isOnIt = onWire || takes.valid
 
-  private def ofRelay(map: RelaySlots => UInt): UInt = relay.fold(0.U(p.slots.W))(map)
-
-  // An attempt ends long behind its beginning. An order to abort it counts up to that cycle.
-  private val lastOne    = UIntToOH(last, p.slots)
-  private val takesOne   = Mux(takes.valid, UIntToOH(takes.bits, p.slots), 0.U)
-  private val abortLast  = aborts || (abort & lastOne).orR
-  private val abortTaken = (abort & UIntToOH(takes.bits, p.slots)).orR
-  private val over       = ends && (sent || oneShot || abortLast)
-  private val onIt       = Mux(onWire, lastOne, 0.U) | takesOne
+  // The slot that is begun or was begun last, or, in relay mode, the one that is done. An attempt ends long
+  // behind its beginning. An order to abort it counts up to that cycle.
+  private val ofRelay    = relay.fold(false.B)(_.ends.valid)
+  private val slot   = Mux(takes.valid, takes.bits, last)
+  private val one        = UIntToOH(relay.fold(slot)(r => Mux(ofRelay, r.ends.bits, slot)), p.slots)
+  private val abortsIt   = (aborts && !takes.valid) || (abort & one).orR
+  private val over       = ends && (sent || oneShot || abortsIt)
+  private val onIt       = Mux(isOnIt, one, 0.U)
   private val goes       = abort | evict.fold(0.U)(_ << bridgeSlots.start)
   private val mayGo      = goes & waits & ~onIt
   private val gone       = relay.fold(mayGo)(r => (mayGo & ~r.begun) | Mux(r.drops, waits, 0.U))
-  private val overOne    = Mux(over, lastOne, 0.U)
-  private val relayOne   = ofRelay(r => Mux(r.ends.valid, UIntToOH(r.ends.bits, p.slots), 0.U))
+  private val doneOne    = Mux(over || ofRelay, one, 0.U)
+  private val isWell     = relay.fold(sent)(r => Mux(ofRelay, r.sent, sent))
   private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
-  waits := (waits & ~gone & ~overOne & ~relayOne) | requestOne
-  well := (well & ~clearSent & ~requestOne) | Mux(sent, overOne, 0.U) |
-    ofRelay(r => Mux(r.sent, relayOne, 0.U))
-  badly := (badly & ~clearFailed & ~requestOne) | gone | Mux(sent, 0.U, overOne) |
-    ofRelay(r => Mux(r.sent, 0.U, relayOne))
+  waits  := (waits & ~gone & ~doneOne) | requestOne
+  well   := (well & ~clearSent & ~requestOne) | Mux(isWell, doneOne, 0.U)
+  badly  := (badly & ~clearFailed & ~requestOne) | gone | Mux(isWell, 0.U, doneOne)
   last   := Mux(takes.valid, takes.bits, last)
   onWire := isOnIt && !ends
-  aborts := isOnIt && !ends && Mux(takes.valid, abortTaken, abortLast)
+  aborts := isOnIt && !ends && abortsIt
 
-  held.foreach(_ := ((onIt | ofRelay(_.begun)) >> bridgeSlots.start))
+  held.foreach(_ := ((onIt | relay.fold(0.U(p.slots.W))(_.begun)) >> bridgeSlots.start))
 
   pending   := waits
   sentAll   := well
   failedAll := badly
   current   := last
   aborted   := RegNext(gone.orR, false.B)
-  ended     := RegNext(over || relayOne.orR, false.B)
+  ended     := RegNext(over || ofRelay, false.B)
 }
