@@ -1215,7 +1215,7 @@ module BitCheck(
     isStuff & sender
     & (place_field == 5'h2 | place_field == 5'h3
        | (place_field == 5'h4 ? sendsExtended : place_field == 5'h5 | place_field == 5'h6)) & overwritten;
-  wire       _GEN = run_level == heard;
+  wire       _GEN = heard == run_level;
   wire       _GEN_0 = (|place_field) & place_field < 5'hB | (&(place_field[4:3]));
   wire       _verdict_lost_output =
     ~isStuff & _GEN_0 & sender & (|(place_field[4:1])) & place_field < 5'h7 & overwritten;
@@ -1458,12 +1458,13 @@ module BitOutlook(
   input  [3:0] state_dlc,
   input        state_ownBit,
   input        state_ownAhead,
-  input        state_loopBack,
-  input        state_counts,
+  input        state_wasLooped,
+  input        state_mayCount,
   input        state_passive,
   input        state_passiveBehind_tecUp8,
   input        state_passiveBehind_recUp1,
   input        state_passiveBehind_recUp8,
+  input        heard,
   output       meaning_verdict_error,
   output [2:0] meaning_verdict_kind,
   output       meaning_verdict_inFlag,
@@ -1478,7 +1479,6 @@ module BitOutlook(
   output       meaning_level
 );
 
-  wire       _walk_heard = 1'h0;
   wire       _walk_suspends;
   wire       _walk_flagIsOver;
   wire [4:0] _walk_next_field;
@@ -1486,14 +1486,14 @@ module BitOutlook(
   wire [2:0] _walk_next_byte;
   wire       _walk_idles;
   wire       _walk_isLastByte;
-  wire       _check_heard = 1'h0;
   wire       _check_verdict_error;
   wire [2:0] _check_verdict_kind;
   wire       _check_verdict_inFlag;
   wire       _check_verdict_lost;
   wire       _check_verdict_overload;
   wire       _check_verdict_stuffInArbitration;
-  wire [2:0] more_count = ~state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
+  wire [2:0] more_count = heard == state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
+  reg        level;
   reg        verdict_error;
   reg  [2:0] verdict_kind;
   reg        verdict_inFlag;
@@ -1503,14 +1503,14 @@ module BitOutlook(
   reg  [4:0] next_field;
   reg  [4:0] next_bit;
   reg  [2:0] next_byte;
+  wire       _isCrc_T_1 = state_place_field < 5'hB;
   reg        isFull;
   reg        meaning_isLastByte_REG;
   reg        meaning_idles_REG;
-  reg        meaning_level_REG;
-  wire       _isCrc_T_1 = state_place_field < 5'hB;
   wire       _calmly_T_1 = next_field < 5'hB;
   wire       isStuff = isFull & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | next_field == 5'hB);
   always @(posedge clock) begin
+    level <= heard;
     verdict_error <= _check_verdict_error;
     verdict_kind <= _check_verdict_kind;
     verdict_inFlag <= _check_verdict_inFlag;
@@ -1523,33 +1523,11 @@ module BitOutlook(
     isFull <= more_count == 3'h5 & ((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3])) | state_isStuff);
     meaning_isLastByte_REG <= _walk_isLastByte;
     meaning_idles_REG <= _walk_idles;
-    meaning_level_REG <=
-      verdict_error
-        ? (~state_counts | state_sender & verdict_stuffInArbitration
-             ? state_passive
-             : state_sender
-                 ? state_passiveBehind_tecUp8
-                 : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
-        : (state_sender & ~verdict_lost & state_place_field != 5'hF
-           & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
-             ? isStuff | next_field == 5'hB
-               | (next_field == 5'hA
-                    ? (((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3]))) & ~state_isStuff
-                         ? ^state_crc
-                         : state_crc[1])
-                    : next_field == 5'h9
-                        ? (state_place_field == 5'h9 & ~state_isStuff ? state_dlc[2] : state_dlc[3])
-                        : ~(next_field == 5'h8 | next_field == 5'h7)
-                          & (next_field == 5'h18 & next_bit == 5'h0 & next_byte == 3'h4
-                               ? state_ownAhead
-                               : state_ownBit))
-             : ~(next_field == 5'hC & (state_sender ? state_loopBack : ~state_crcIsWrong))
-               & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
   end // always @(posedge)
   BitCheck check (
     .place_field                (state_place_field),
     .place_bit                  (state_place_bit),
-    .heard                      (_check_heard),
+    .heard                      (heard),
     .sent                       (state_sent),
     .sender                     (state_sender),
     .sendsExtended              (state_ownBit),
@@ -1569,7 +1547,7 @@ module BitOutlook(
     .place_field (state_place_field),
     .place_bit   (state_place_bit),
     .place_byte  (state_place_byte),
-    .heard       (_walk_heard),
+    .heard       (heard),
     .isExtended  (state_isExtended),
     .isRemote    (state_isRemote),
     .dlc         (state_dlc),
@@ -1592,105 +1570,21 @@ module BitOutlook(
   assign meaning_next_byte = next_byte;
   assign meaning_isLastByte = meaning_isLastByte_REG;
   assign meaning_idles = meaning_idles_REG;
-  assign meaning_level = meaning_level_REG;
-endmodule
-
-module BitOutlook_1(
-  input        clock,
-  input  [4:0] state_place_field,
-  input  [4:0] state_place_bit,
-  input  [2:0] state_place_byte,
-  input        state_sent,
-  input        state_sender,
-  input        state_run_level,
-  input  [2:0] state_run_count,
-  input        state_isStuff,
-  input  [1:0] state_crc,
-  input        state_crcIsWrong,
-  input        state_isExtended,
-  input        state_isRemote,
-  input  [3:0] state_dlc,
-  input        state_ownBit,
-  input        state_ownAhead,
-  input        state_loopBack,
-  input        state_counts,
-  input        state_passive,
-  input        state_passiveBehind_tecUp8,
-  input        state_passiveBehind_recUp1,
-  input        state_passiveBehind_recUp8,
-  output       meaning_verdict_error,
-  output [2:0] meaning_verdict_kind,
-  output       meaning_verdict_inFlag,
-  output       meaning_verdict_lost,
-  output       meaning_verdict_overload,
-  output       meaning_verdict_stuffInArbitration,
-  output [4:0] meaning_next_field,
-  output [4:0] meaning_next_bit,
-  output [2:0] meaning_next_byte,
-  output       meaning_isLastByte,
-  output       meaning_idles,
-  output       meaning_level
-);
-
-  wire       _walk_heard = 1'h1;
-  wire       _walk_suspends;
-  wire       _walk_flagIsOver;
-  wire [4:0] _walk_next_field;
-  wire [4:0] _walk_next_bit;
-  wire [2:0] _walk_next_byte;
-  wire       _walk_idles;
-  wire       _walk_isLastByte;
-  wire       _check_heard = 1'h1;
-  wire       _check_verdict_error;
-  wire [2:0] _check_verdict_kind;
-  wire       _check_verdict_inFlag;
-  wire       _check_verdict_lost;
-  wire       _check_verdict_overload;
-  wire       _check_verdict_stuffInArbitration;
-  wire [2:0] more_count = state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
-  reg        verdict_error;
-  reg  [2:0] verdict_kind;
-  reg        verdict_inFlag;
-  reg        verdict_lost;
-  reg        verdict_overload;
-  reg        verdict_stuffInArbitration;
-  reg  [4:0] next_field;
-  reg  [4:0] next_bit;
-  reg  [2:0] next_byte;
-  reg        isFull;
-  reg        meaning_isLastByte_REG;
-  reg        meaning_idles_REG;
-  reg        meaning_level_REG;
-  wire       _isCrc_T_1 = state_place_field < 5'hB;
-  wire       _calmly_T_1 = next_field < 5'hB;
-  wire       isStuff = isFull & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | next_field == 5'hB);
-  always @(posedge clock) begin
-    verdict_error <= _check_verdict_error;
-    verdict_kind <= _check_verdict_kind;
-    verdict_inFlag <= _check_verdict_inFlag;
-    verdict_lost <= _check_verdict_lost;
-    verdict_overload <= _check_verdict_overload;
-    verdict_stuffInArbitration <= _check_verdict_stuffInArbitration;
-    next_field <= state_isStuff ? state_place_field : _walk_next_field;
-    next_bit <= state_isStuff ? state_place_bit : _walk_next_bit;
-    next_byte <= state_isStuff ? state_place_byte : _walk_next_byte;
-    isFull <= more_count == 3'h5 & ((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3])) | state_isStuff);
-    meaning_isLastByte_REG <= _walk_isLastByte;
-    meaning_idles_REG <= _walk_idles;
-    meaning_level_REG <=
-      verdict_error
-        ? (~state_counts | state_sender & verdict_stuffInArbitration
-             ? state_passive
-             : state_sender
-                 ? state_passiveBehind_tecUp8
-                 : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
-        : (state_sender & ~verdict_lost & state_place_field != 5'hF
-           & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
-             ? ~isStuff
-               & (next_field == 5'hB
+  assign meaning_level =
+    verdict_error
+      ? (~state_mayCount | state_sender & verdict_stuffInArbitration
+           ? state_passive
+           : state_sender
+               ? state_passiveBehind_tecUp8
+               : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
+      : (state_sender & ~verdict_lost & state_place_field != 5'hF
+         & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
+           ? (isStuff
+                ? ~level
+                : next_field == 5'hB
                   | (next_field == 5'hA
                        ? (((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3]))) & ~state_isStuff
-                            ? ~(^state_crc)
+                            ? ^state_crc ^ level
                             : state_crc[1])
                        : next_field == 5'h9
                            ? (state_place_field == 5'h9 & ~state_isStuff ? state_dlc[2] : state_dlc[3])
@@ -1698,56 +1592,8 @@ module BitOutlook_1(
                              & (next_field == 5'h18 & next_bit == 5'h0 & next_byte == 3'h4
                                   ? state_ownAhead
                                   : state_ownBit)))
-             : ~(next_field == 5'hC & (state_sender ? state_loopBack : ~state_crcIsWrong))
-               & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
-  end // always @(posedge)
-  BitCheck check (
-    .place_field                (state_place_field),
-    .place_bit                  (state_place_bit),
-    .heard                      (_check_heard),
-    .sent                       (state_sent),
-    .sender                     (state_sender),
-    .sendsExtended              (state_ownBit),
-    .run_level                  (state_run_level),
-    .isStuff                    (state_isStuff),
-    .crcIsWrong                 (state_crcIsWrong),
-    .verdict_error              (_check_verdict_error),
-    .verdict_kind               (_check_verdict_kind),
-    .verdict_inFlag             (_check_verdict_inFlag),
-    .verdict_lost               (_check_verdict_lost),
-    .verdict_overload           (_check_verdict_overload),
-    .verdict_stuffInArbitration (_check_verdict_stuffInArbitration)
-  );
-  assign _walk_suspends = state_sender & state_passive;
-  assign _walk_flagIsOver = more_count == 3'h6;
-  NextPlace walk (
-    .place_field (state_place_field),
-    .place_bit   (state_place_bit),
-    .place_byte  (state_place_byte),
-    .heard       (_walk_heard),
-    .isExtended  (state_isExtended),
-    .isRemote    (state_isRemote),
-    .dlc         (state_dlc),
-    .suspends    (_walk_suspends),
-    .flagIsOver  (_walk_flagIsOver),
-    .next_field  (_walk_next_field),
-    .next_bit    (_walk_next_bit),
-    .next_byte   (_walk_next_byte),
-    .idles       (_walk_idles),
-    .isLastByte  (_walk_isLastByte)
-  );
-  assign meaning_verdict_error = verdict_error;
-  assign meaning_verdict_kind = verdict_kind;
-  assign meaning_verdict_inFlag = verdict_inFlag;
-  assign meaning_verdict_lost = verdict_lost;
-  assign meaning_verdict_overload = verdict_overload;
-  assign meaning_verdict_stuffInArbitration = verdict_stuffInArbitration;
-  assign meaning_next_field = next_field;
-  assign meaning_next_bit = next_bit;
-  assign meaning_next_byte = next_byte;
-  assign meaning_isLastByte = meaning_isLastByte_REG;
-  assign meaning_idles = meaning_idles_REG;
-  assign meaning_level = meaning_level_REG;
+           : ~(next_field == 5'hC & (state_sender ? state_wasLooped : ~state_crcIsWrong))
+             & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
 endmodule
 
 module ProtocolEngine(
@@ -1806,32 +1652,19 @@ module ProtocolEngine(
   output       integrating
 );
 
-  wire [1:0]  _recessive_state_crc;
-  wire        _recessive_meaning_verdict_error;
-  wire [2:0]  _recessive_meaning_verdict_kind;
-  wire        _recessive_meaning_verdict_inFlag;
-  wire        _recessive_meaning_verdict_lost;
-  wire        _recessive_meaning_verdict_overload;
-  wire        _recessive_meaning_verdict_stuffInArbitration;
-  wire [4:0]  _recessive_meaning_next_field;
-  wire [4:0]  _recessive_meaning_next_bit;
-  wire [2:0]  _recessive_meaning_next_byte;
-  wire        _recessive_meaning_isLastByte;
-  wire        _recessive_meaning_idles;
-  wire        _recessive_meaning_level;
-  wire [1:0]  _dominant_state_crc;
-  wire        _dominant_meaning_verdict_error;
-  wire [2:0]  _dominant_meaning_verdict_kind;
-  wire        _dominant_meaning_verdict_inFlag;
-  wire        _dominant_meaning_verdict_lost;
-  wire        _dominant_meaning_verdict_overload;
-  wire        _dominant_meaning_verdict_stuffInArbitration;
-  wire [4:0]  _dominant_meaning_next_field;
-  wire [4:0]  _dominant_meaning_next_bit;
-  wire [2:0]  _dominant_meaning_next_byte;
-  wire        _dominant_meaning_isLastByte;
-  wire        _dominant_meaning_idles;
-  wire        _dominant_meaning_level;
+  wire [1:0]  _outlook_state_crc;
+  wire        _outlook_meaning_verdict_error;
+  wire [2:0]  _outlook_meaning_verdict_kind;
+  wire        _outlook_meaning_verdict_inFlag;
+  wire        _outlook_meaning_verdict_lost;
+  wire        _outlook_meaning_verdict_overload;
+  wire        _outlook_meaning_verdict_stuffInArbitration;
+  wire [4:0]  _outlook_meaning_next_field;
+  wire [4:0]  _outlook_meaning_next_bit;
+  wire [2:0]  _outlook_meaning_next_byte;
+  wire        _outlook_meaning_isLastByte;
+  wire        _outlook_meaning_idles;
+  wire        _outlook_meaning_level;
   wire        _counters_steps_tecUp8;
   wire        _counters_steps_tecDown1;
   wire        _counters_steps_recUp1;
@@ -1870,20 +1703,12 @@ module ProtocolEngine(
   reg         wasLooped;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
-  wire        meaning_verdict_error = heard ? _recessive_meaning_verdict_error : _dominant_meaning_verdict_error;
-  wire [2:0]  meaning_verdict_kind = heard ? _recessive_meaning_verdict_kind : _dominant_meaning_verdict_kind;
-  wire        meaning_verdict_inFlag = heard ? _recessive_meaning_verdict_inFlag : _dominant_meaning_verdict_inFlag;
-  wire        meaning_verdict_lost = heard ? _recessive_meaning_verdict_lost : _dominant_meaning_verdict_lost;
-  wire        meaning_verdict_overload =
-    heard ? _recessive_meaning_verdict_overload : _dominant_meaning_verdict_overload;
-  wire [4:0]  meaning_next_field = heard ? _recessive_meaning_next_field : _dominant_meaning_next_field;
-  wire        meaning_isLastByte = heard ? _recessive_meaning_isLastByte : _dominant_meaning_isLastByte;
-  wire        isGood = sampled & ~meaning_verdict_error;
+  wire        isGood = sampled & ~_outlook_meaning_verdict_error;
   wire        _isBehindFlag_T_1 = place_field == 5'h12;
   wire        inPassiveFlag = _isBehindFlag_T_1 & place_bit[2:1] != 2'h3;
   wire        _firstBehind_T_5 = place_field == 5'h14;
   wire        isBehindFlag = (place_field == 5'h11 | _isBehindFlag_T_1 | _firstBehind_T_5) & (&(place_bit[2:1]));
-  wire        postpones = meaning_verdict_kind == 3'h5 & _counters_passive;
+  wire        postpones = _outlook_meaning_verdict_kind == 3'h5 & _counters_passive;
   wire        eighth = isBehindFlag & ~heard & (&run_count);
   wire        ackCounts = ackWaits & inPassiveFlag & ~heard;
   wire        counts = sampled & mayCount;
@@ -1893,7 +1718,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
-  wire        _GEN = meaning_verdict_error | meaning_verdict_overload;
+  wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
   wire        _events_stamps_T_3 = place_field == 5'hF;
@@ -1901,12 +1726,10 @@ module ProtocolEngine(
   wire        startsOther =
     sampled & (_events_stamps_T | _events_stamps_T_1 | _events_stamps_T_3 & _events_stamps_T_4) & ~heard;
   wire        isOver = _events_stamps_T_3 & _events_stamps_T_4;
-  wire        senderNext = sender & ~(sampled & (meaning_verdict_lost | isOver));
+  wire        senderNext = sender & ~(sampled & (_outlook_meaning_verdict_lost | isOver));
   wire        joinNext = sampled & startsOther & _events_stamps_T_3 | mayJoin;
   wire        begins =
-    bitEnds
-    & (sampled ? (heard ? _recessive_meaning_idles : _dominant_meaning_idles) & heard | recovered : _events_stamps_T)
-    & offer_valid & maySend;
+    bitEnds & (sampled ? _outlook_meaning_idles & heard | recovered : _events_stamps_T) & offer_valid & maySend;
   wire        joins = bitEnds & joinNext & offer_valid & maySend & ~_counters_passive;
   reg         comes;
   wire        _GEN_0 = bitEnds & begins;
@@ -1914,9 +1737,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire [4:0]  meaning_next_bit = heard ? _recessive_meaning_next_bit : _dominant_meaning_next_bit;
-  wire        meaning_level = heard ? _recessive_meaning_level : _dominant_meaning_level;
-  wire [4:0]  _next_T_field = meaning_level ? 5'h12 : 5'h11;
+  wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | recovers | mode_recoverItself;
   wire [4:0]  next_field =
     sampled
@@ -1924,15 +1745,15 @@ module ProtocolEngine(
            ? 5'h0
            : goesOff
                ? 5'h17
-               : meaning_verdict_error
+               : _outlook_meaning_verdict_error
                    ? _next_T_field
-                   : meaning_verdict_overload ? 5'h14 : _GEN_2 ? meaning_next_field : place_field)
+                   : _outlook_meaning_verdict_overload ? 5'h14 : _GEN_2 ? _outlook_meaning_next_field : place_field)
       : place_field;
   wire        _GEN_3 = recovered | goesOff | _GEN;
   wire        _hardBit_T_2 = next_field == 5'h16;
   wire        _hardBit_T_3 = next_field == 5'h17;
   wire        _GEN_4 = restarts & (_hardBit_T_2 | _hardBit_T_3);
-  wire        levelNext = sampled ? meaning_level : comes;
+  wire        levelNext = sampled ? _outlook_meaning_level : comes;
   wire        levelNow = bitEnds ? (joins ? offer_firstBit : ~begins & levelNext) : ownLevel;
   wire        _GEN_5 = ~mode_run | _GEN_0;
   always @(posedge clock or posedge reset) begin
@@ -1962,12 +1783,12 @@ module ProtocolEngine(
             place_field <= 5'h0;
           else if (goesOff)
             place_field <= 5'h17;
-          else if (meaning_verdict_error)
+          else if (_outlook_meaning_verdict_error)
             place_field <= _next_T_field;
-          else if (meaning_verdict_overload)
+          else if (_outlook_meaning_verdict_overload)
             place_field <= 5'h14;
           else if (_GEN_2)
-            place_field <= meaning_next_field;
+            place_field <= _outlook_meaning_next_field;
         end
         if (isEleven)
           elevens <= elevens + 7'h1;
@@ -1982,7 +1803,7 @@ module ProtocolEngine(
         if (_GEN_3)
           place_bit <= 5'h0;
         else if (_GEN_2)
-          place_bit <= meaning_next_bit;
+          place_bit <= _outlook_meaning_next_bit;
       end
       if (_GEN_5)
         place_byte <= 3'h0;
@@ -1990,13 +1811,15 @@ module ProtocolEngine(
         if (_GEN_3)
           place_byte <= 3'h0;
         else if (_GEN_2)
-          place_byte <= heard ? _recessive_meaning_next_byte : _dominant_meaning_next_byte;
+          place_byte <= _outlook_meaning_next_byte;
       end
       sender <= mode_run & (_GEN_1 | (sampled ? ~goesOff & senderNext : sender));
       receiver <=
         ~(~mode_run | _GEN_1)
-        & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | meaning_verdict_lost | receiver) : receiver);
-      attempts <= mode_run & (_GEN_1 | ~(sampled & (meaning_verdict_error | meaning_verdict_lost | sent)) & attempts);
+        & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
+      attempts <=
+        mode_run
+        & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | recovers);
       sampled <= sample_valid;
@@ -2007,7 +1830,9 @@ module ProtocolEngine(
         | (bitEnds
              ? ~begins
                & (next_field == 5'h0 | next_field == 5'h10 | _hardBit_T_2 | _hardBit_T_3 | next_field == 5'hF
-                  & (|(_GEN_4 ? 5'h0 : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? meaning_next_bit : place_bit) : place_bit)))
+                  & (|(_GEN_4
+                         ? 5'h0
+                         : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
       comes <= ~mode_run | levelNext;
@@ -2065,7 +1890,7 @@ module ProtocolEngine(
       dlc <= ownDlc_bits;
     else if (sampled & ~isStuff & place_field == 5'h9)
       dlc <= {dlc[2:0], heard};
-    ackWaits <= ~_GEN_1 & (sampled ? ~ackCounts & (meaning_verdict_error ? postpones : ackWaits) : ackWaits);
+    ackWaits <= ~_GEN_1 & (sampled ? ~ackCounts & (_outlook_meaning_verdict_error ? postpones : ackWaits) : ackWaits);
     heard <= sample_bits;
     crcWrong <= |crc;
     mayCount <= maySend;
@@ -2073,17 +1898,16 @@ module ProtocolEngine(
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
-    & (sender
-       & (meaning_verdict_error
-          & ~(heard ? _recessive_meaning_verdict_stuffInArbitration : _dominant_meaning_verdict_stuffInArbitration)
-          & ~postpones | eighth) | ackCounts);
+    & (sender & (_outlook_meaning_verdict_error & ~_outlook_meaning_verdict_stuffInArbitration & ~postpones | eighth)
+       | ackCounts);
   assign _counters_steps_tecDown1 = counts & sent;
-  assign _counters_steps_recUp1 = counts & ~sender & meaning_verdict_error & ~meaning_verdict_inFlag;
+  assign _counters_steps_recUp1 = counts & ~sender & _outlook_meaning_verdict_error & ~_outlook_meaning_verdict_inFlag;
   assign _counters_steps_recUp8 =
     counts & ~sender
-    & (meaning_verdict_error & meaning_verdict_inFlag | eighth | isBehindFlag & ~heard & ~(place_bit[0])
-       & ~_firstBehind_T_5);
-  assign _counters_steps_recDown1 = counts & ~sender & place_field == 5'hC & ~meaning_verdict_error & ~crcWrong;
+    & (_outlook_meaning_verdict_error & _outlook_meaning_verdict_inFlag | eighth | isBehindFlag & ~heard
+       & ~(place_bit[0]) & ~_firstBehind_T_5);
+  assign _counters_steps_recDown1 =
+    counts & ~sender & place_field == 5'hC & ~_outlook_meaning_verdict_error & ~crcWrong;
   Confinement counters (
     .clock                (clock),
     .reset                (reset),
@@ -2103,8 +1927,8 @@ module ProtocolEngine(
     .passiveBehind_recUp8 (_counters_passiveBehind_recUp8),
     .busOffNext           (_counters_busOffNext)
   );
-  assign _dominant_state_crc = crc[14:13];
-  BitOutlook dominant (
+  assign _outlook_state_crc = crc[14:13];
+  BitOutlook outlook (
     .clock                              (clock),
     .state_place_field                  (place_field),
     .state_place_bit                    (place_bit),
@@ -2114,68 +1938,32 @@ module ProtocolEngine(
     .state_run_level                    (run_level),
     .state_run_count                    (run_count),
     .state_isStuff                      (isStuff),
-    .state_crc                          (_dominant_state_crc),
+    .state_crc                          (_outlook_state_crc),
     .state_crcIsWrong                   (crcWrong),
     .state_isExtended                   (extended),
     .state_isRemote                     (remote),
     .state_dlc                          (dlc),
     .state_ownBit                       (ownBit),
     .state_ownAhead                     (ownAhead),
-    .state_loopBack                     (mode_loopBack),
-    .state_counts                       (maySend),
+    .state_wasLooped                    (wasLooped),
+    .state_mayCount                     (mayCount),
     .state_passive                      (_counters_passive),
     .state_passiveBehind_tecUp8         (_counters_passiveBehind_tecUp8),
     .state_passiveBehind_recUp1         (_counters_passiveBehind_recUp1),
     .state_passiveBehind_recUp8         (_counters_passiveBehind_recUp8),
-    .meaning_verdict_error              (_dominant_meaning_verdict_error),
-    .meaning_verdict_kind               (_dominant_meaning_verdict_kind),
-    .meaning_verdict_inFlag             (_dominant_meaning_verdict_inFlag),
-    .meaning_verdict_lost               (_dominant_meaning_verdict_lost),
-    .meaning_verdict_overload           (_dominant_meaning_verdict_overload),
-    .meaning_verdict_stuffInArbitration (_dominant_meaning_verdict_stuffInArbitration),
-    .meaning_next_field                 (_dominant_meaning_next_field),
-    .meaning_next_bit                   (_dominant_meaning_next_bit),
-    .meaning_next_byte                  (_dominant_meaning_next_byte),
-    .meaning_isLastByte                 (_dominant_meaning_isLastByte),
-    .meaning_idles                      (_dominant_meaning_idles),
-    .meaning_level                      (_dominant_meaning_level)
-  );
-  assign _recessive_state_crc = crc[14:13];
-  BitOutlook_1 recessive (
-    .clock                              (clock),
-    .state_place_field                  (place_field),
-    .state_place_bit                    (place_bit),
-    .state_place_byte                   (place_byte),
-    .state_sent                         (ownLevel),
-    .state_sender                       (sender),
-    .state_run_level                    (run_level),
-    .state_run_count                    (run_count),
-    .state_isStuff                      (isStuff),
-    .state_crc                          (_recessive_state_crc),
-    .state_crcIsWrong                   (crcWrong),
-    .state_isExtended                   (extended),
-    .state_isRemote                     (remote),
-    .state_dlc                          (dlc),
-    .state_ownBit                       (ownBit),
-    .state_ownAhead                     (ownAhead),
-    .state_loopBack                     (mode_loopBack),
-    .state_counts                       (maySend),
-    .state_passive                      (_counters_passive),
-    .state_passiveBehind_tecUp8         (_counters_passiveBehind_tecUp8),
-    .state_passiveBehind_recUp1         (_counters_passiveBehind_recUp1),
-    .state_passiveBehind_recUp8         (_counters_passiveBehind_recUp8),
-    .meaning_verdict_error              (_recessive_meaning_verdict_error),
-    .meaning_verdict_kind               (_recessive_meaning_verdict_kind),
-    .meaning_verdict_inFlag             (_recessive_meaning_verdict_inFlag),
-    .meaning_verdict_lost               (_recessive_meaning_verdict_lost),
-    .meaning_verdict_overload           (_recessive_meaning_verdict_overload),
-    .meaning_verdict_stuffInArbitration (_recessive_meaning_verdict_stuffInArbitration),
-    .meaning_next_field                 (_recessive_meaning_next_field),
-    .meaning_next_bit                   (_recessive_meaning_next_bit),
-    .meaning_next_byte                  (_recessive_meaning_next_byte),
-    .meaning_isLastByte                 (_recessive_meaning_isLastByte),
-    .meaning_idles                      (_recessive_meaning_idles),
-    .meaning_level                      (_recessive_meaning_level)
+    .heard                              (sample_bits),
+    .meaning_verdict_error              (_outlook_meaning_verdict_error),
+    .meaning_verdict_kind               (_outlook_meaning_verdict_kind),
+    .meaning_verdict_inFlag             (_outlook_meaning_verdict_inFlag),
+    .meaning_verdict_lost               (_outlook_meaning_verdict_lost),
+    .meaning_verdict_overload           (_outlook_meaning_verdict_overload),
+    .meaning_verdict_stuffInArbitration (_outlook_meaning_verdict_stuffInArbitration),
+    .meaning_next_field                 (_outlook_meaning_next_field),
+    .meaning_next_bit                   (_outlook_meaning_next_bit),
+    .meaning_next_byte                  (_outlook_meaning_next_byte),
+    .meaning_isLastByte                 (_outlook_meaning_isLastByte),
+    .meaning_idles                      (_outlook_meaning_idles),
+    .meaning_level                      (_outlook_meaning_level)
   );
   assign hard = hardBit;
   assign level = ownLevel;
@@ -2183,26 +1971,28 @@ module ProtocolEngine(
   assign bits_passes = _bits_passes_output;
   assign bits_shifts = sampled & _bits_passes_output;
   assign bits_bit = heard;
-  assign bits_identifierEnds = isGood & ~isStuff & meaning_next_field == 5'h7;
+  assign bits_identifierEnds = isGood & ~isStuff & _outlook_meaning_next_field == 5'h7;
   assign bits_sends = senderNext;
   assign bits_wordEnds =
-    isGood & ~isStuff & _events_error_bits_field_T & place_bit == 5'h7 & (place_byte == 3'h3 | meaning_isLastByte);
-  assign bits_dataEnds = meaning_isLastByte;
+    isGood & ~isStuff & _events_error_bits_field_T & place_bit == 5'h7
+    & (place_byte == 3'h3 | _outlook_meaning_isLastByte);
+  assign bits_dataEnds = _outlook_meaning_isLastByte;
   assign bits_byte = place_byte;
   assign bits_isExtended = extended;
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends = attempts & (~mode_run | sent | sampled & (meaning_verdict_error | meaning_verdict_lost));
+  assign events_ends =
+    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
   assign events_sent = sent;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
-  assign events_error_valid = sampled & meaning_verdict_error;
+  assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
   assign events_error_bits_field =
     {place_field[4:3], place_field[2:0] | (_events_error_bits_field_T ? place_byte : 3'h0)};
   assign events_error_bits_sender = sender;
-  assign events_error_bits_kind = meaning_verdict_kind;
-  assign events_lost_valid = sampled & meaning_verdict_lost;
+  assign events_error_bits_kind = _outlook_meaning_verdict_kind;
+  assign events_lost_valid = sampled & _outlook_meaning_verdict_lost;
   assign events_lost_bits =
     {1'h0, place_bit}
     + (place_field == 5'h6
@@ -2555,11 +2345,10 @@ module SlotStates(
   reg         aborted_REG;
   reg         ended_REG;
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] lastOne = 16'h1 << last;
-  wire [15:0] _GEN = {12'h0, takes_bits};
-  wire        abortLast = aborts | (|(abort & lastOne));
-  wire        over = ends & (sent | oneShot | abortLast);
-  wire [15:0] mayGo = abort & waits & ~((onWire ? lastOne : 16'h0) | (takes_valid ? 16'h1 << _GEN : 16'h0));
+  wire [15:0] one = 16'h1 << (takes_valid ? takes_bits : last);
+  wire        abortsIt = aborts & ~takes_valid | (|(abort & one));
+  wire        over = ends & (sent | oneShot | abortsIt);
+  wire [15:0] mayGo = abort & waits & ~(isOnIt ? one : 16'h0);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2572,11 +2361,11 @@ module SlotStates(
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~mayGo & ~(over ? lastOne : 16'h0) | requestOne;
-      well <= well & ~clearSent & ~requestOne | (sent & over ? lastOne : 16'h0);
-      badly <= badly & ~clearFailed & ~requestOne | mayGo | (sent | ~over ? 16'h0 : lastOne);
+      waits <= waits & ~mayGo & ~(over ? one : 16'h0) | requestOne;
+      well <= well & ~clearSent & ~requestOne | (sent & over ? one : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | mayGo | (sent | ~over ? 16'h0 : one);
       onWire <= isOnIt & ~ends;
-      aborts <= isOnIt & ~ends & (takes_valid ? (|(abort & 16'h1 << _GEN)) : abortLast);
+      aborts <= isOnIt & ~ends & abortsIt;
       aborted_REG <= |mayGo;
       ended_REG <= over;
     end
@@ -3963,7 +3752,6 @@ module ring_bus(
   wire [31:0] _wide_wide_wdata;
   wire [3:0]  _wide_wide_be;
   wire        _node_host_write;
-  wire [15:0] _node_host_addr;
   wire [31:0] _node_host_wdata;
   wire [3:0]  _node_host_be;
   wire        _node_host_ack;
@@ -3989,7 +3777,6 @@ module ring_bus(
   wire        _ring_quantum;
   wire [6:0]  _ring_quanta;
   wire        _ring_host_write;
-  wire [15:0] _ring_host_addr;
   wire [31:0] _ring_host_wdata;
   wire [3:0]  _ring_host_be;
   wire        _ring_bus;
@@ -4006,6 +3793,7 @@ module ring_bus(
   wire        isCan_0 =
     _wide_wide_addr[15:8] == 8'h1 | _wide_wide_addr[15:8] == 8'h4 | _wide_wide_addr[15:8] == 8'h6
     | _wide_wide_addr[15:5] == 11'h1;
+  wire [15:0] nodeAddr = {|(_wide_wide_addr[15:8]), 7'h0, _wide_wide_addr[7:0]};
   wire        _ring_host_req_T = _wide_wide_req & ~isCan_0;
   NodeTime time_0 (
     .clock (clock),
@@ -4015,7 +3803,6 @@ module ring_bus(
   );
   assign _ring_timer = _time_timer[17:0];
   assign _ring_host_write = _wide_wide_write;
-  assign _ring_host_addr = _wide_wide_addr;
   assign _ring_host_wdata = _wide_wide_wdata;
   assign _ring_host_be = _wide_wide_be;
   RingPorts ring (
@@ -4035,7 +3822,7 @@ module ring_bus(
     .quanta     (_ring_quanta),
     .host_req   (_ring_host_req_T),
     .host_write (_ring_host_write),
-    .host_addr  (_ring_host_addr),
+    .host_addr  (nodeAddr),
     .host_wdata (_ring_host_wdata),
     .host_be    (_ring_host_be),
     .host_rdata (_ring_host_rdata),
@@ -4082,7 +3869,6 @@ module ring_bus(
     .counts_5           (_ring_counts_5)
   );
   assign _node_host_write = _wide_wide_write;
-  assign _node_host_addr = _wide_wide_addr;
   assign _node_host_wdata = _wide_wide_wdata;
   assign _node_host_be = _wide_wide_be;
   NodeHost node (
@@ -4090,7 +3876,7 @@ module ring_bus(
     .reset          (reset),
     .host_req       (_ring_host_req_T),
     .host_write     (_node_host_write),
-    .host_addr      (_node_host_addr),
+    .host_addr      (nodeAddr),
     .host_wdata     (_node_host_wdata),
     .host_be        (_node_host_be),
     .host_ack       (_node_host_ack),

@@ -1347,7 +1347,7 @@ module BitCheck(
     isStuff & sender
     & (place_field == 5'h2 | place_field == 5'h3
        | (place_field == 5'h4 ? sendsExtended : place_field == 5'h5 | place_field == 5'h6)) & overwritten;
-  wire       _GEN = run_level == heard;
+  wire       _GEN = heard == run_level;
   wire       _GEN_0 = (|place_field) & place_field < 5'hB | (&(place_field[4:3]));
   wire       _verdict_lost_output =
     ~isStuff & _GEN_0 & sender & (|(place_field[4:1])) & place_field < 5'h7 & overwritten;
@@ -1590,12 +1590,13 @@ module BitOutlook(
   input  [3:0] state_dlc,
   input        state_ownBit,
   input        state_ownAhead,
-  input        state_loopBack,
-  input        state_counts,
+  input        state_wasLooped,
+  input        state_mayCount,
   input        state_passive,
   input        state_passiveBehind_tecUp8,
   input        state_passiveBehind_recUp1,
   input        state_passiveBehind_recUp8,
+  input        heard,
   output       meaning_verdict_error,
   output [2:0] meaning_verdict_kind,
   output       meaning_verdict_inFlag,
@@ -1610,7 +1611,6 @@ module BitOutlook(
   output       meaning_level
 );
 
-  wire       _walk_heard = 1'h0;
   wire       _walk_suspends;
   wire       _walk_flagIsOver;
   wire [4:0] _walk_next_field;
@@ -1618,14 +1618,14 @@ module BitOutlook(
   wire [2:0] _walk_next_byte;
   wire       _walk_idles;
   wire       _walk_isLastByte;
-  wire       _check_heard = 1'h0;
   wire       _check_verdict_error;
   wire [2:0] _check_verdict_kind;
   wire       _check_verdict_inFlag;
   wire       _check_verdict_lost;
   wire       _check_verdict_overload;
   wire       _check_verdict_stuffInArbitration;
-  wire [2:0] more_count = ~state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
+  wire [2:0] more_count = heard == state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
+  reg        level;
   reg        verdict_error;
   reg  [2:0] verdict_kind;
   reg        verdict_inFlag;
@@ -1635,14 +1635,14 @@ module BitOutlook(
   reg  [4:0] next_field;
   reg  [4:0] next_bit;
   reg  [2:0] next_byte;
+  wire       _isCrc_T_1 = state_place_field < 5'hB;
   reg        isFull;
   reg        meaning_isLastByte_REG;
   reg        meaning_idles_REG;
-  reg        meaning_level_REG;
-  wire       _isCrc_T_1 = state_place_field < 5'hB;
   wire       _calmly_T_1 = next_field < 5'hB;
   wire       isStuff = isFull & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | next_field == 5'hB);
   always @(posedge clock) begin
+    level <= heard;
     verdict_error <= _check_verdict_error;
     verdict_kind <= _check_verdict_kind;
     verdict_inFlag <= _check_verdict_inFlag;
@@ -1655,33 +1655,11 @@ module BitOutlook(
     isFull <= more_count == 3'h5 & ((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3])) | state_isStuff);
     meaning_isLastByte_REG <= _walk_isLastByte;
     meaning_idles_REG <= _walk_idles;
-    meaning_level_REG <=
-      verdict_error
-        ? (~state_counts | state_sender & verdict_stuffInArbitration
-             ? state_passive
-             : state_sender
-                 ? state_passiveBehind_tecUp8
-                 : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
-        : (state_sender & ~verdict_lost & state_place_field != 5'hF
-           & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
-             ? isStuff | next_field == 5'hB
-               | (next_field == 5'hA
-                    ? (((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3]))) & ~state_isStuff
-                         ? ^state_crc
-                         : state_crc[1])
-                    : next_field == 5'h9
-                        ? (state_place_field == 5'h9 & ~state_isStuff ? state_dlc[2] : state_dlc[3])
-                        : ~(next_field == 5'h8 | next_field == 5'h7)
-                          & (next_field == 5'h18 & next_bit == 5'h0 & next_byte == 3'h4
-                               ? state_ownAhead
-                               : state_ownBit))
-             : ~(next_field == 5'hC & (state_sender ? state_loopBack : ~state_crcIsWrong))
-               & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
   end // always @(posedge)
   BitCheck check (
     .place_field                (state_place_field),
     .place_bit                  (state_place_bit),
-    .heard                      (_check_heard),
+    .heard                      (heard),
     .sent                       (state_sent),
     .sender                     (state_sender),
     .sendsExtended              (state_ownBit),
@@ -1701,7 +1679,7 @@ module BitOutlook(
     .place_field (state_place_field),
     .place_bit   (state_place_bit),
     .place_byte  (state_place_byte),
-    .heard       (_walk_heard),
+    .heard       (heard),
     .isExtended  (state_isExtended),
     .isRemote    (state_isRemote),
     .dlc         (state_dlc),
@@ -1724,105 +1702,21 @@ module BitOutlook(
   assign meaning_next_byte = next_byte;
   assign meaning_isLastByte = meaning_isLastByte_REG;
   assign meaning_idles = meaning_idles_REG;
-  assign meaning_level = meaning_level_REG;
-endmodule
-
-module BitOutlook_1(
-  input        clock,
-  input  [4:0] state_place_field,
-  input  [4:0] state_place_bit,
-  input  [2:0] state_place_byte,
-  input        state_sent,
-  input        state_sender,
-  input        state_run_level,
-  input  [2:0] state_run_count,
-  input        state_isStuff,
-  input  [1:0] state_crc,
-  input        state_crcIsWrong,
-  input        state_isExtended,
-  input        state_isRemote,
-  input  [3:0] state_dlc,
-  input        state_ownBit,
-  input        state_ownAhead,
-  input        state_loopBack,
-  input        state_counts,
-  input        state_passive,
-  input        state_passiveBehind_tecUp8,
-  input        state_passiveBehind_recUp1,
-  input        state_passiveBehind_recUp8,
-  output       meaning_verdict_error,
-  output [2:0] meaning_verdict_kind,
-  output       meaning_verdict_inFlag,
-  output       meaning_verdict_lost,
-  output       meaning_verdict_overload,
-  output       meaning_verdict_stuffInArbitration,
-  output [4:0] meaning_next_field,
-  output [4:0] meaning_next_bit,
-  output [2:0] meaning_next_byte,
-  output       meaning_isLastByte,
-  output       meaning_idles,
-  output       meaning_level
-);
-
-  wire       _walk_heard = 1'h1;
-  wire       _walk_suspends;
-  wire       _walk_flagIsOver;
-  wire [4:0] _walk_next_field;
-  wire [4:0] _walk_next_bit;
-  wire [2:0] _walk_next_byte;
-  wire       _walk_idles;
-  wire       _walk_isLastByte;
-  wire       _check_heard = 1'h1;
-  wire       _check_verdict_error;
-  wire [2:0] _check_verdict_kind;
-  wire       _check_verdict_inFlag;
-  wire       _check_verdict_lost;
-  wire       _check_verdict_overload;
-  wire       _check_verdict_stuffInArbitration;
-  wire [2:0] more_count = state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
-  reg        verdict_error;
-  reg  [2:0] verdict_kind;
-  reg        verdict_inFlag;
-  reg        verdict_lost;
-  reg        verdict_overload;
-  reg        verdict_stuffInArbitration;
-  reg  [4:0] next_field;
-  reg  [4:0] next_bit;
-  reg  [2:0] next_byte;
-  reg        isFull;
-  reg        meaning_isLastByte_REG;
-  reg        meaning_idles_REG;
-  reg        meaning_level_REG;
-  wire       _isCrc_T_1 = state_place_field < 5'hB;
-  wire       _calmly_T_1 = next_field < 5'hB;
-  wire       isStuff = isFull & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | next_field == 5'hB);
-  always @(posedge clock) begin
-    verdict_error <= _check_verdict_error;
-    verdict_kind <= _check_verdict_kind;
-    verdict_inFlag <= _check_verdict_inFlag;
-    verdict_lost <= _check_verdict_lost;
-    verdict_overload <= _check_verdict_overload;
-    verdict_stuffInArbitration <= _check_verdict_stuffInArbitration;
-    next_field <= state_isStuff ? state_place_field : _walk_next_field;
-    next_bit <= state_isStuff ? state_place_bit : _walk_next_bit;
-    next_byte <= state_isStuff ? state_place_byte : _walk_next_byte;
-    isFull <= more_count == 3'h5 & ((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3])) | state_isStuff);
-    meaning_isLastByte_REG <= _walk_isLastByte;
-    meaning_idles_REG <= _walk_idles;
-    meaning_level_REG <=
-      verdict_error
-        ? (~state_counts | state_sender & verdict_stuffInArbitration
-             ? state_passive
-             : state_sender
-                 ? state_passiveBehind_tecUp8
-                 : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
-        : (state_sender & ~verdict_lost & state_place_field != 5'hF
-           & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
-             ? ~isStuff
-               & (next_field == 5'hB
+  assign meaning_level =
+    verdict_error
+      ? (~state_mayCount | state_sender & verdict_stuffInArbitration
+           ? state_passive
+           : state_sender
+               ? state_passiveBehind_tecUp8
+               : verdict_inFlag ? state_passiveBehind_recUp8 : state_passiveBehind_recUp1)
+      : (state_sender & ~verdict_lost & state_place_field != 5'hF
+         & ((|next_field) & _calmly_T_1 | (&(next_field[4:3])) | isStuff)
+           ? (isStuff
+                ? ~level
+                : next_field == 5'hB
                   | (next_field == 5'hA
                        ? (((|state_place_field) & _isCrc_T_1 | (&(state_place_field[4:3]))) & ~state_isStuff
-                            ? ~(^state_crc)
+                            ? ^state_crc ^ level
                             : state_crc[1])
                        : next_field == 5'h9
                            ? (state_place_field == 5'h9 & ~state_isStuff ? state_dlc[2] : state_dlc[3])
@@ -1830,56 +1724,8 @@ module BitOutlook_1(
                              & (next_field == 5'h18 & next_bit == 5'h0 & next_byte == 3'h4
                                   ? state_ownAhead
                                   : state_ownBit)))
-             : ~(next_field == 5'hC & (state_sender ? state_loopBack : ~state_crcIsWrong))
-               & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
-  end // always @(posedge)
-  BitCheck check (
-    .place_field                (state_place_field),
-    .place_bit                  (state_place_bit),
-    .heard                      (_check_heard),
-    .sent                       (state_sent),
-    .sender                     (state_sender),
-    .sendsExtended              (state_ownBit),
-    .run_level                  (state_run_level),
-    .isStuff                    (state_isStuff),
-    .crcIsWrong                 (state_crcIsWrong),
-    .verdict_error              (_check_verdict_error),
-    .verdict_kind               (_check_verdict_kind),
-    .verdict_inFlag             (_check_verdict_inFlag),
-    .verdict_lost               (_check_verdict_lost),
-    .verdict_overload           (_check_verdict_overload),
-    .verdict_stuffInArbitration (_check_verdict_stuffInArbitration)
-  );
-  assign _walk_suspends = state_sender & state_passive;
-  assign _walk_flagIsOver = more_count == 3'h6;
-  NextPlace walk (
-    .place_field (state_place_field),
-    .place_bit   (state_place_bit),
-    .place_byte  (state_place_byte),
-    .heard       (_walk_heard),
-    .isExtended  (state_isExtended),
-    .isRemote    (state_isRemote),
-    .dlc         (state_dlc),
-    .suspends    (_walk_suspends),
-    .flagIsOver  (_walk_flagIsOver),
-    .next_field  (_walk_next_field),
-    .next_bit    (_walk_next_bit),
-    .next_byte   (_walk_next_byte),
-    .idles       (_walk_idles),
-    .isLastByte  (_walk_isLastByte)
-  );
-  assign meaning_verdict_error = verdict_error;
-  assign meaning_verdict_kind = verdict_kind;
-  assign meaning_verdict_inFlag = verdict_inFlag;
-  assign meaning_verdict_lost = verdict_lost;
-  assign meaning_verdict_overload = verdict_overload;
-  assign meaning_verdict_stuffInArbitration = verdict_stuffInArbitration;
-  assign meaning_next_field = next_field;
-  assign meaning_next_bit = next_bit;
-  assign meaning_next_byte = next_byte;
-  assign meaning_isLastByte = meaning_isLastByte_REG;
-  assign meaning_idles = meaning_idles_REG;
-  assign meaning_level = meaning_level_REG;
+           : ~(next_field == 5'hC & (state_sender ? state_wasLooped : ~state_crcIsWrong))
+             & ~((next_field == 5'h11 | next_field == 5'h14) & next_bit[2:1] != 2'h3)) & ~verdict_overload;
 endmodule
 
 module ProtocolEngine(
@@ -1938,32 +1784,19 @@ module ProtocolEngine(
   output       integrating
 );
 
-  wire [1:0]  _recessive_state_crc;
-  wire        _recessive_meaning_verdict_error;
-  wire [2:0]  _recessive_meaning_verdict_kind;
-  wire        _recessive_meaning_verdict_inFlag;
-  wire        _recessive_meaning_verdict_lost;
-  wire        _recessive_meaning_verdict_overload;
-  wire        _recessive_meaning_verdict_stuffInArbitration;
-  wire [4:0]  _recessive_meaning_next_field;
-  wire [4:0]  _recessive_meaning_next_bit;
-  wire [2:0]  _recessive_meaning_next_byte;
-  wire        _recessive_meaning_isLastByte;
-  wire        _recessive_meaning_idles;
-  wire        _recessive_meaning_level;
-  wire [1:0]  _dominant_state_crc;
-  wire        _dominant_meaning_verdict_error;
-  wire [2:0]  _dominant_meaning_verdict_kind;
-  wire        _dominant_meaning_verdict_inFlag;
-  wire        _dominant_meaning_verdict_lost;
-  wire        _dominant_meaning_verdict_overload;
-  wire        _dominant_meaning_verdict_stuffInArbitration;
-  wire [4:0]  _dominant_meaning_next_field;
-  wire [4:0]  _dominant_meaning_next_bit;
-  wire [2:0]  _dominant_meaning_next_byte;
-  wire        _dominant_meaning_isLastByte;
-  wire        _dominant_meaning_idles;
-  wire        _dominant_meaning_level;
+  wire [1:0]  _outlook_state_crc;
+  wire        _outlook_meaning_verdict_error;
+  wire [2:0]  _outlook_meaning_verdict_kind;
+  wire        _outlook_meaning_verdict_inFlag;
+  wire        _outlook_meaning_verdict_lost;
+  wire        _outlook_meaning_verdict_overload;
+  wire        _outlook_meaning_verdict_stuffInArbitration;
+  wire [4:0]  _outlook_meaning_next_field;
+  wire [4:0]  _outlook_meaning_next_bit;
+  wire [2:0]  _outlook_meaning_next_byte;
+  wire        _outlook_meaning_isLastByte;
+  wire        _outlook_meaning_idles;
+  wire        _outlook_meaning_level;
   wire        _counters_steps_tecUp8;
   wire        _counters_steps_tecDown1;
   wire        _counters_steps_recUp1;
@@ -2002,20 +1835,12 @@ module ProtocolEngine(
   reg         wasLooped;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
-  wire        meaning_verdict_error = heard ? _recessive_meaning_verdict_error : _dominant_meaning_verdict_error;
-  wire [2:0]  meaning_verdict_kind = heard ? _recessive_meaning_verdict_kind : _dominant_meaning_verdict_kind;
-  wire        meaning_verdict_inFlag = heard ? _recessive_meaning_verdict_inFlag : _dominant_meaning_verdict_inFlag;
-  wire        meaning_verdict_lost = heard ? _recessive_meaning_verdict_lost : _dominant_meaning_verdict_lost;
-  wire        meaning_verdict_overload =
-    heard ? _recessive_meaning_verdict_overload : _dominant_meaning_verdict_overload;
-  wire [4:0]  meaning_next_field = heard ? _recessive_meaning_next_field : _dominant_meaning_next_field;
-  wire        meaning_isLastByte = heard ? _recessive_meaning_isLastByte : _dominant_meaning_isLastByte;
-  wire        isGood = sampled & ~meaning_verdict_error;
+  wire        isGood = sampled & ~_outlook_meaning_verdict_error;
   wire        _isBehindFlag_T_1 = place_field == 5'h12;
   wire        inPassiveFlag = _isBehindFlag_T_1 & place_bit[2:1] != 2'h3;
   wire        _firstBehind_T_5 = place_field == 5'h14;
   wire        isBehindFlag = (place_field == 5'h11 | _isBehindFlag_T_1 | _firstBehind_T_5) & (&(place_bit[2:1]));
-  wire        postpones = meaning_verdict_kind == 3'h5 & _counters_passive;
+  wire        postpones = _outlook_meaning_verdict_kind == 3'h5 & _counters_passive;
   wire        eighth = isBehindFlag & ~heard & (&run_count);
   wire        ackCounts = ackWaits & inPassiveFlag & ~heard;
   wire        counts = sampled & mayCount;
@@ -2025,7 +1850,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
-  wire        _GEN = meaning_verdict_error | meaning_verdict_overload;
+  wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
   wire        _events_stamps_T_3 = place_field == 5'hF;
@@ -2033,12 +1858,10 @@ module ProtocolEngine(
   wire        startsOther =
     sampled & (_events_stamps_T | _events_stamps_T_1 | _events_stamps_T_3 & _events_stamps_T_4) & ~heard;
   wire        isOver = _events_stamps_T_3 & _events_stamps_T_4;
-  wire        senderNext = sender & ~(sampled & (meaning_verdict_lost | isOver));
+  wire        senderNext = sender & ~(sampled & (_outlook_meaning_verdict_lost | isOver));
   wire        joinNext = sampled & startsOther & _events_stamps_T_3 | mayJoin;
   wire        begins =
-    bitEnds
-    & (sampled ? (heard ? _recessive_meaning_idles : _dominant_meaning_idles) & heard | recovered : _events_stamps_T)
-    & offer_valid & maySend;
+    bitEnds & (sampled ? _outlook_meaning_idles & heard | recovered : _events_stamps_T) & offer_valid & maySend;
   wire        joins = bitEnds & joinNext & offer_valid & maySend & ~_counters_passive;
   reg         comes;
   wire        _GEN_0 = bitEnds & begins;
@@ -2046,9 +1869,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire [4:0]  meaning_next_bit = heard ? _recessive_meaning_next_bit : _dominant_meaning_next_bit;
-  wire        meaning_level = heard ? _recessive_meaning_level : _dominant_meaning_level;
-  wire [4:0]  _next_T_field = meaning_level ? 5'h12 : 5'h11;
+  wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | recovers | mode_recoverItself;
   wire [4:0]  next_field =
     sampled
@@ -2056,15 +1877,15 @@ module ProtocolEngine(
            ? 5'h0
            : goesOff
                ? 5'h17
-               : meaning_verdict_error
+               : _outlook_meaning_verdict_error
                    ? _next_T_field
-                   : meaning_verdict_overload ? 5'h14 : _GEN_2 ? meaning_next_field : place_field)
+                   : _outlook_meaning_verdict_overload ? 5'h14 : _GEN_2 ? _outlook_meaning_next_field : place_field)
       : place_field;
   wire        _GEN_3 = recovered | goesOff | _GEN;
   wire        _hardBit_T_2 = next_field == 5'h16;
   wire        _hardBit_T_3 = next_field == 5'h17;
   wire        _GEN_4 = restarts & (_hardBit_T_2 | _hardBit_T_3);
-  wire        levelNext = sampled ? meaning_level : comes;
+  wire        levelNext = sampled ? _outlook_meaning_level : comes;
   wire        levelNow = bitEnds ? (joins ? offer_firstBit : ~begins & levelNext) : ownLevel;
   wire        _GEN_5 = ~mode_run | _GEN_0;
   always @(posedge clock or posedge reset) begin
@@ -2094,12 +1915,12 @@ module ProtocolEngine(
             place_field <= 5'h0;
           else if (goesOff)
             place_field <= 5'h17;
-          else if (meaning_verdict_error)
+          else if (_outlook_meaning_verdict_error)
             place_field <= _next_T_field;
-          else if (meaning_verdict_overload)
+          else if (_outlook_meaning_verdict_overload)
             place_field <= 5'h14;
           else if (_GEN_2)
-            place_field <= meaning_next_field;
+            place_field <= _outlook_meaning_next_field;
         end
         if (isEleven)
           elevens <= elevens + 7'h1;
@@ -2114,7 +1935,7 @@ module ProtocolEngine(
         if (_GEN_3)
           place_bit <= 5'h0;
         else if (_GEN_2)
-          place_bit <= meaning_next_bit;
+          place_bit <= _outlook_meaning_next_bit;
       end
       if (_GEN_5)
         place_byte <= 3'h0;
@@ -2122,13 +1943,15 @@ module ProtocolEngine(
         if (_GEN_3)
           place_byte <= 3'h0;
         else if (_GEN_2)
-          place_byte <= heard ? _recessive_meaning_next_byte : _dominant_meaning_next_byte;
+          place_byte <= _outlook_meaning_next_byte;
       end
       sender <= mode_run & (_GEN_1 | (sampled ? ~goesOff & senderNext : sender));
       receiver <=
         ~(~mode_run | _GEN_1)
-        & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | meaning_verdict_lost | receiver) : receiver);
-      attempts <= mode_run & (_GEN_1 | ~(sampled & (meaning_verdict_error | meaning_verdict_lost | sent)) & attempts);
+        & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
+      attempts <=
+        mode_run
+        & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | recovers);
       sampled <= sample_valid;
@@ -2139,7 +1962,9 @@ module ProtocolEngine(
         | (bitEnds
              ? ~begins
                & (next_field == 5'h0 | next_field == 5'h10 | _hardBit_T_2 | _hardBit_T_3 | next_field == 5'hF
-                  & (|(_GEN_4 ? 5'h0 : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? meaning_next_bit : place_bit) : place_bit)))
+                  & (|(_GEN_4
+                         ? 5'h0
+                         : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
       comes <= ~mode_run | levelNext;
@@ -2197,7 +2022,7 @@ module ProtocolEngine(
       dlc <= ownDlc_bits;
     else if (sampled & ~isStuff & place_field == 5'h9)
       dlc <= {dlc[2:0], heard};
-    ackWaits <= ~_GEN_1 & (sampled ? ~ackCounts & (meaning_verdict_error ? postpones : ackWaits) : ackWaits);
+    ackWaits <= ~_GEN_1 & (sampled ? ~ackCounts & (_outlook_meaning_verdict_error ? postpones : ackWaits) : ackWaits);
     heard <= sample_bits;
     crcWrong <= |crc;
     mayCount <= maySend;
@@ -2205,17 +2030,16 @@ module ProtocolEngine(
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
-    & (sender
-       & (meaning_verdict_error
-          & ~(heard ? _recessive_meaning_verdict_stuffInArbitration : _dominant_meaning_verdict_stuffInArbitration)
-          & ~postpones | eighth) | ackCounts);
+    & (sender & (_outlook_meaning_verdict_error & ~_outlook_meaning_verdict_stuffInArbitration & ~postpones | eighth)
+       | ackCounts);
   assign _counters_steps_tecDown1 = counts & sent;
-  assign _counters_steps_recUp1 = counts & ~sender & meaning_verdict_error & ~meaning_verdict_inFlag;
+  assign _counters_steps_recUp1 = counts & ~sender & _outlook_meaning_verdict_error & ~_outlook_meaning_verdict_inFlag;
   assign _counters_steps_recUp8 =
     counts & ~sender
-    & (meaning_verdict_error & meaning_verdict_inFlag | eighth | isBehindFlag & ~heard & ~(place_bit[0])
-       & ~_firstBehind_T_5);
-  assign _counters_steps_recDown1 = counts & ~sender & place_field == 5'hC & ~meaning_verdict_error & ~crcWrong;
+    & (_outlook_meaning_verdict_error & _outlook_meaning_verdict_inFlag | eighth | isBehindFlag & ~heard
+       & ~(place_bit[0]) & ~_firstBehind_T_5);
+  assign _counters_steps_recDown1 =
+    counts & ~sender & place_field == 5'hC & ~_outlook_meaning_verdict_error & ~crcWrong;
   Confinement counters (
     .clock                (clock),
     .reset                (reset),
@@ -2235,8 +2059,8 @@ module ProtocolEngine(
     .passiveBehind_recUp8 (_counters_passiveBehind_recUp8),
     .busOffNext           (_counters_busOffNext)
   );
-  assign _dominant_state_crc = crc[14:13];
-  BitOutlook dominant (
+  assign _outlook_state_crc = crc[14:13];
+  BitOutlook outlook (
     .clock                              (clock),
     .state_place_field                  (place_field),
     .state_place_bit                    (place_bit),
@@ -2246,68 +2070,32 @@ module ProtocolEngine(
     .state_run_level                    (run_level),
     .state_run_count                    (run_count),
     .state_isStuff                      (isStuff),
-    .state_crc                          (_dominant_state_crc),
+    .state_crc                          (_outlook_state_crc),
     .state_crcIsWrong                   (crcWrong),
     .state_isExtended                   (extended),
     .state_isRemote                     (remote),
     .state_dlc                          (dlc),
     .state_ownBit                       (ownBit),
     .state_ownAhead                     (ownAhead),
-    .state_loopBack                     (mode_loopBack),
-    .state_counts                       (maySend),
+    .state_wasLooped                    (wasLooped),
+    .state_mayCount                     (mayCount),
     .state_passive                      (_counters_passive),
     .state_passiveBehind_tecUp8         (_counters_passiveBehind_tecUp8),
     .state_passiveBehind_recUp1         (_counters_passiveBehind_recUp1),
     .state_passiveBehind_recUp8         (_counters_passiveBehind_recUp8),
-    .meaning_verdict_error              (_dominant_meaning_verdict_error),
-    .meaning_verdict_kind               (_dominant_meaning_verdict_kind),
-    .meaning_verdict_inFlag             (_dominant_meaning_verdict_inFlag),
-    .meaning_verdict_lost               (_dominant_meaning_verdict_lost),
-    .meaning_verdict_overload           (_dominant_meaning_verdict_overload),
-    .meaning_verdict_stuffInArbitration (_dominant_meaning_verdict_stuffInArbitration),
-    .meaning_next_field                 (_dominant_meaning_next_field),
-    .meaning_next_bit                   (_dominant_meaning_next_bit),
-    .meaning_next_byte                  (_dominant_meaning_next_byte),
-    .meaning_isLastByte                 (_dominant_meaning_isLastByte),
-    .meaning_idles                      (_dominant_meaning_idles),
-    .meaning_level                      (_dominant_meaning_level)
-  );
-  assign _recessive_state_crc = crc[14:13];
-  BitOutlook_1 recessive (
-    .clock                              (clock),
-    .state_place_field                  (place_field),
-    .state_place_bit                    (place_bit),
-    .state_place_byte                   (place_byte),
-    .state_sent                         (ownLevel),
-    .state_sender                       (sender),
-    .state_run_level                    (run_level),
-    .state_run_count                    (run_count),
-    .state_isStuff                      (isStuff),
-    .state_crc                          (_recessive_state_crc),
-    .state_crcIsWrong                   (crcWrong),
-    .state_isExtended                   (extended),
-    .state_isRemote                     (remote),
-    .state_dlc                          (dlc),
-    .state_ownBit                       (ownBit),
-    .state_ownAhead                     (ownAhead),
-    .state_loopBack                     (mode_loopBack),
-    .state_counts                       (maySend),
-    .state_passive                      (_counters_passive),
-    .state_passiveBehind_tecUp8         (_counters_passiveBehind_tecUp8),
-    .state_passiveBehind_recUp1         (_counters_passiveBehind_recUp1),
-    .state_passiveBehind_recUp8         (_counters_passiveBehind_recUp8),
-    .meaning_verdict_error              (_recessive_meaning_verdict_error),
-    .meaning_verdict_kind               (_recessive_meaning_verdict_kind),
-    .meaning_verdict_inFlag             (_recessive_meaning_verdict_inFlag),
-    .meaning_verdict_lost               (_recessive_meaning_verdict_lost),
-    .meaning_verdict_overload           (_recessive_meaning_verdict_overload),
-    .meaning_verdict_stuffInArbitration (_recessive_meaning_verdict_stuffInArbitration),
-    .meaning_next_field                 (_recessive_meaning_next_field),
-    .meaning_next_bit                   (_recessive_meaning_next_bit),
-    .meaning_next_byte                  (_recessive_meaning_next_byte),
-    .meaning_isLastByte                 (_recessive_meaning_isLastByte),
-    .meaning_idles                      (_recessive_meaning_idles),
-    .meaning_level                      (_recessive_meaning_level)
+    .heard                              (sample_bits),
+    .meaning_verdict_error              (_outlook_meaning_verdict_error),
+    .meaning_verdict_kind               (_outlook_meaning_verdict_kind),
+    .meaning_verdict_inFlag             (_outlook_meaning_verdict_inFlag),
+    .meaning_verdict_lost               (_outlook_meaning_verdict_lost),
+    .meaning_verdict_overload           (_outlook_meaning_verdict_overload),
+    .meaning_verdict_stuffInArbitration (_outlook_meaning_verdict_stuffInArbitration),
+    .meaning_next_field                 (_outlook_meaning_next_field),
+    .meaning_next_bit                   (_outlook_meaning_next_bit),
+    .meaning_next_byte                  (_outlook_meaning_next_byte),
+    .meaning_isLastByte                 (_outlook_meaning_isLastByte),
+    .meaning_idles                      (_outlook_meaning_idles),
+    .meaning_level                      (_outlook_meaning_level)
   );
   assign hard = hardBit;
   assign level = ownLevel;
@@ -2315,26 +2103,28 @@ module ProtocolEngine(
   assign bits_passes = _bits_passes_output;
   assign bits_shifts = sampled & _bits_passes_output;
   assign bits_bit = heard;
-  assign bits_identifierEnds = isGood & ~isStuff & meaning_next_field == 5'h7;
+  assign bits_identifierEnds = isGood & ~isStuff & _outlook_meaning_next_field == 5'h7;
   assign bits_sends = senderNext;
   assign bits_wordEnds =
-    isGood & ~isStuff & _events_error_bits_field_T & place_bit == 5'h7 & (place_byte == 3'h3 | meaning_isLastByte);
-  assign bits_dataEnds = meaning_isLastByte;
+    isGood & ~isStuff & _events_error_bits_field_T & place_bit == 5'h7
+    & (place_byte == 3'h3 | _outlook_meaning_isLastByte);
+  assign bits_dataEnds = _outlook_meaning_isLastByte;
   assign bits_byte = place_byte;
   assign bits_isExtended = extended;
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends = attempts & (~mode_run | sent | sampled & (meaning_verdict_error | meaning_verdict_lost));
+  assign events_ends =
+    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
   assign events_sent = sent;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
-  assign events_error_valid = sampled & meaning_verdict_error;
+  assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
   assign events_error_bits_field =
     {place_field[4:3], place_field[2:0] | (_events_error_bits_field_T ? place_byte : 3'h0)};
   assign events_error_bits_sender = sender;
-  assign events_error_bits_kind = meaning_verdict_kind;
-  assign events_lost_valid = sampled & meaning_verdict_lost;
+  assign events_error_bits_kind = _outlook_meaning_verdict_kind;
+  assign events_lost_valid = sampled & _outlook_meaning_verdict_lost;
   assign events_lost_bits =
     {1'h0, place_bit}
     + (place_field == 5'h6
@@ -2692,15 +2482,11 @@ module SlotStates(
   reg         aborted_REG;
   reg         ended_REG;
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] lastOne = 16'h1 << last;
-  wire [15:0] _GEN = {12'h0, takes_bits};
-  wire        abortLast = aborts | (|(abort & lastOne));
-  wire        over = ends & (sent | oneShot | abortLast);
-  wire [15:0] gone =
-    abort & waits & ~((onWire ? lastOne : 16'h0) | (takes_valid ? 16'h1 << _GEN : 16'h0)) & ~relay_begun
-    | (relay_drops ? waits : 16'h0);
-  wire [15:0] _relayOne_T_1 = 16'h1 << relay_ends_bits;
-  wire [15:0] relayOne = relay_ends_valid ? _relayOne_T_1 : 16'h0;
+  wire [15:0] one = 16'h1 << (relay_ends_valid ? relay_ends_bits : takes_valid ? takes_bits : last);
+  wire        abortsIt = aborts & ~takes_valid | (|(abort & one));
+  wire [15:0] gone = abort & waits & ~(isOnIt ? one : 16'h0) & ~relay_begun | (relay_drops ? waits : 16'h0);
+  wire        _ended_T = ends & (sent | oneShot | abortsIt) | relay_ends_valid;
+  wire        isWell = relay_ends_valid ? relay_sent : sent;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2713,17 +2499,13 @@ module SlotStates(
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~gone & ~(over ? lastOne : 16'h0) & ~relayOne | requestOne;
-      well <=
-        well & ~clearSent & ~requestOne | (sent & over ? lastOne : 16'h0)
-        | (relay_sent & relay_ends_valid ? _relayOne_T_1 : 16'h0);
-      badly <=
-        badly & ~clearFailed & ~requestOne | gone | (sent | ~over ? 16'h0 : lastOne)
-        | (relay_sent | ~relay_ends_valid ? 16'h0 : _relayOne_T_1);
+      waits <= waits & ~gone & ~(_ended_T ? one : 16'h0) | requestOne;
+      well <= well & ~clearSent & ~requestOne | (isWell & _ended_T ? one : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | gone | (isWell | ~_ended_T ? 16'h0 : one);
       onWire <= isOnIt & ~ends;
-      aborts <= isOnIt & ~ends & (takes_valid ? (|(abort & 16'h1 << _GEN)) : abortLast);
+      aborts <= isOnIt & ~ends & abortsIt;
       aborted_REG <= |gone;
-      ended_REG <= over | (|relayOne);
+      ended_REG <= _ended_T;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
@@ -4179,9 +3961,10 @@ module LinkBits(
   wire       behind = behindReg & ~restart;
   wire       edge_0 = (restart | beforeReg & lastReg & ~synchronisedReg) & ~heard;
   wire       samples = ~edge_0 & ~behind & cycle == setting_sample;
-  wire [7:0] _GEN = {2'h0, setting_jump};
-  wire       _behindReg_T_3 = hard | (behind ? setting_bit - cycle : cycle) <= _GEN;
-  wire [7:0] place = edge_0 ? (_behindReg_T_3 ? 8'h0 : behind ? cycle + _GEN : cycle - _GEN) : cycle;
+  wire [9:0] _jumped_T_4 = {1'h0, cycle, 1'h1} + {behind ? {3'h0, setting_jump} : {3'h7, ~setting_jump}, ~behind};
+  wire       _behindReg_T_3 =
+    hard | (behind ? _jumped_T_4[9:1] >= {1'h0, setting_bit} : _jumped_T_4[9] | _jumped_T_4[9:1] == 9'h0);
+  wire [7:0] place = edge_0 ? (_behindReg_T_3 ? 8'h0 : _jumped_T_4[8:1]) : cycle;
   wire       isLast = place == setting_bit - 8'h1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -4232,57 +4015,51 @@ module LinkReceiver(
 );
 
   reg  [2:0]  state;
-  reg  [2:0]  recessives;
-  reg  [8:0]  dominants;
+  reg  [8:0]  equals;
+  reg         last;
   reg         isStuck;
   reg         broken;
   reg         byCheck;
-  reg         run_level;
-  reg  [2:0]  run_count;
   reg  [7:0]  count;
+  reg  [4:0]  left;
+  reg         isWhole;
   reg  [2:0]  ends;
   reg  [31:0] shift;
   reg  [7:0]  crc8;
   reg  [31:0] crc32;
   reg         isRemote;
-  reg  [4:0]  lastByte;
   reg         own;
   wire        _idle_T = state == 3'h1;
+  wire        isSame = sample_bits == last;
+  wire        isFull = equals[2:0] == 3'h5;
   wire        _GEN = sample_valid & broken & sample_bits;
-  wire        _headerEnds_T = state == 3'h2;
+  wire        _events_byte_T = state == 3'h2;
   wire        _events_identified_T = state == 3'h3;
-  wire        inFrame = _headerEnds_T | _events_identified_T;
-  wire        _takesBit_T_1 = run_count == 3'h5;
-  wire        _isBreak_T = sample_valid & inFrame & _takesBit_T_1;
-  wire        _nextRun_next_count_T = sample_bits == run_level;
-  wire        isBreak = _isBreak_T & _nextRun_next_count_T;
-  wire        _takesBit_T = sample_valid & inFrame;
-  wire        takesBit = _takesBit_T & ~_takesBit_T_1;
+  wire        inFrame = _events_byte_T | _events_identified_T;
+  wire        _isBreak_T = sample_valid & inFrame & isFull;
+  wire        isBreak = _isBreak_T & isSame;
+  wire        takesBit = sample_valid & inFrame & ~isFull;
   wire [7:0]  next8 = {crc8[6:0], 1'h0} ^ (crc8[7] ^ sample_bits ? 8'h2F : 8'h0);
   wire [31:0] next32 = {crc32[30:0], 1'h0} ^ (crc32[31] ^ sample_bits ? 32'h4C11DB7 : 32'h0);
-  wire        headerEnds = takesBit & _headerEnds_T & count == 8'h27;
-  wire        bodyEnds = takesBit & _events_identified_T & count[7:3] == lastByte & (&(count[2:0]));
+  wire        headerEnds = takesBit & _events_byte_T & count == 8'h27;
+  wire        bodyEnds = takesBit & _events_identified_T & left == 5'h0 & (&(count[2:0]));
   wire        _isBadEnd_T = state == 3'h4;
-  wire        _nextRun_next_count_T_2 = _nextRun_next_count_T & (|run_count);
-  wire [2:0]  _nextRun_next_count_T_3 = run_count + 3'h1;
   wire        _GEN_0 = sample_valid & _idle_T & ~sample_bits;
   wire        _events_header_T = next8 == 8'h42;
   wire        _GEN_1 = next8 == 8'h42;
   wire        _GEN_2 = ~headerEnds | _GEN_1;
-  wire        _GEN_3 =
-    bodyEnds & (_nextRun_next_count_T_2 ? _nextRun_next_count_T_3 : 3'h1) != 3'h5 | _isBreak_T & _events_identified_T
-    & count[7:3] > lastByte;
+  wire        _GEN_3 = bodyEnds & ~(isSame & equals[2:0] == 3'h4) | _isBreak_T & isWhole;
   wire        _GEN_4 = sample_valid & _isBadEnd_T & sample_bits;
   wire        _GEN_5 = ends == 3'h6;
   wire        _GEN_6 = isBreak | bodyEnds & next32 != 32'hC704DD7B | sample_valid & _isBadEnd_T & ~sample_bits;
   wire        _GEN_7 = isBreak & ~sample_bits;
   wire        _GEN_8 = _GEN_6 & _GEN_7;
-  wire        isSeventh = sample_bits & recessives > 3'h5;
+  wire        areSix = isSame & equals > 9'h5;
+  wire        isSeventh = sample_bits & areSix;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
-      recessives <= 3'h0;
-      dominants <= 9'h0;
+      equals <= 9'h0;
       isStuck <= 1'h0;
       broken <= 1'h0;
     end
@@ -4299,65 +4076,54 @@ module LinkReceiver(
         state <= 3'h1;
       else if (_GEN_0)
         state <= 3'h2;
-      if (restart) begin
-        recessives <= 3'h0;
-        dominants <= 9'h0;
-      end
+      if (restart)
+        equals <= 9'h0;
       else if (sample_valid) begin
-        if (sample_bits) begin
-          if (&recessives)
-            recessives <= 3'h7;
-          else
-            recessives <= recessives + 3'h1;
-          dominants <= 9'h0;
-        end
-        else begin
-          recessives <= 3'h0;
-          if (~(dominants == 9'h140))
-            dominants <= dominants + 9'h1;
-        end
+        if (isSame)
+          equals <= equals + 9'h1;
+        else
+          equals <= 9'h1;
       end
       if (sample_valid)
-        isStuck <= ~isSeventh & (~sample_bits & dominants > 9'h13E | isStuck);
-      broken <=
-        ~restart & (_GEN_8 | (_GEN_2 ? ~(sample_valid & (sample_bits | dominants > 9'h5)) & broken : ~sample_bits));
+        isStuck <= ~isSeventh & (~sample_bits & isSame & equals == 9'h13F | isStuck);
+      broken <= ~restart & (_GEN_8 | (_GEN_2 ? ~(sample_valid & (sample_bits | areSix)) & broken : ~sample_bits));
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
+    if (sample_valid)
+      last <= sample_bits;
     byCheck <= ~_GEN_8 & (headerEnds & ~_GEN_1 | byCheck);
-    run_level <= ~_GEN_0 & (_takesBit_T ? sample_bits : run_level);
-    if (_GEN_0) begin
-      run_count <= 3'h1;
+    if (headerEnds)
+      count <= 8'h20;
+    else if (_GEN_0)
       count <= 8'h0;
+    else if (takesBit)
+      count <= count + 8'h1;
+    if (_GEN_0) begin
+      left <= 5'h1F;
       crc8 <= 8'hFF;
       crc32 <= 32'hFFFFFFFF;
     end
     else begin
-      if (_takesBit_T) begin
-        if (_nextRun_next_count_T_2)
-          run_count <= _nextRun_next_count_T_3;
+      if (takesBit & _events_identified_T & (&(count[2:0]))) begin
+        if (count[7:3] == 5'h8)
+          left <= {1'h0, isRemote ? 4'h0 : shift[2] ? 4'h8 : {shift[2:0], sample_bits}} + 5'h3;
         else
-          run_count <= 3'h1;
+          left <= left - {4'h0, count[7:3] > 5'h8};
       end
-      if (takesBit) begin
-        count <= count + 8'h1;
+      if (takesBit)
         crc8 <= next8;
-      end
       if (takesBit & (count < 8'h18 | _events_identified_T))
         crc32 <= next32;
     end
+    isWhole <= bodyEnds | ~_GEN_0 & isWhole;
     if (_GEN_4)
       ends <= ends + 3'h1;
     else if (_GEN_3)
       ends <= 3'h0;
-    if (takesBit) begin
+    if (takesBit)
       shift <= {shift[30:0], sample_bits};
-      if (count == 8'h28)
-        lastByte <= 5'h1F;
-      else if (count == 8'h4F)
-        lastByte <= {1'h0, isRemote ? 4'h0 : shift[2] ? 4'h8 : {shift[2:0], sample_bits}} + 5'hD;
-    end
-    if (takesBit & count == 8'h29)
+    if (takesBit & _events_identified_T & count == 8'h21)
       isRemote <= sample_bits;
     if (takesBit & count == 8'h9)
       own <= (|address) & {shift[5:0], sample_bits} == address;
@@ -4366,14 +4132,14 @@ module LinkReceiver(
   assign stuck = isStuck;
   assign events_starts = _GEN_0;
   assign events_header = headerEnds & _events_header_T;
-  assign events_identified = takesBit & _events_identified_T & count == 8'h47;
+  assign events_identified = takesBit & _events_identified_T & count == 8'h3F;
   assign events_good = _GEN_4 & _GEN_5;
   assign events_bad = _GEN_6 & state != 3'h2;
   assign events_badHeader = _GEN_2 ? _GEN & byCheck : sample_bits;
   assign events_badFrame = _GEN_6 & ~_GEN_7 | _GEN & ~byCheck;
-  assign events_byte = takesBit & (&(count[2:0])) & count[7:3] != 5'h4;
+  assign events_byte = takesBit & (&(count[2:0])) & ~(_events_byte_T & count[7:3] == 5'h4);
   assign word = shift;
-  assign index = count[7:3] - {3'h0, count[7:3] > 5'h4 ? 2'h2 : 2'h1};
+  assign index = count[7:3] - 5'h1;
   assign isOwn = own;
 endmodule
 
@@ -4556,7 +4322,7 @@ module LinkSender(
   reg         isEnd;
   reg         ownReg;
   reg  [7:0]  count;
-  reg  [4:0]  lastByte;
+  reg  [4:0]  left;
   reg         isRemote;
   reg  [7:0]  shift;
   reg  [7:0]  crc8;
@@ -4564,16 +4330,17 @@ module LinkSender(
   reg         run_level;
   reg  [2:0]  run_count;
   wire        isCheck = count[7:3] == 5'h4;
-  wire        isCrc = ownReg & count[7:3] > lastByte - 5'h4 & count[7:3] > 5'h9;
+  wire        isCrc = ownReg & left < 5'h4;
   wire        data = isCheck ? ~(crc8[7]) : isCrc ? ~(crc32[31]) : shift[7];
   wire        isStuff = ~starts & run_count == 3'h5;
   wire        bit_0 = ~starts & (isStuff ? ~run_level : data);
   wire [2:0]  _nextRun_next_count_T_3 = run_count + 3'h1;
   wire        _GEN = starts | ~(bit_0 == run_level & (|run_count));
   wire        takes = step & busyReg & ~isStuff & ~starts;
-  wire        _ends_T_2 = takes & (&(count[2:0])) & count[7:3] == lastByte;
+  wire        _ends_T_2 = takes & (&(count[2:0])) & left == 5'h0;
   wire        _GEN_0 = takes & ~isEnd;
-  wire        _GEN_1 = abort & busyReg;
+  wire        _GEN_1 = _GEN_0 & (&(count[2:0]));
+  wire        _GEN_2 = abort & busyReg;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       busyReg <= 1'h0;
@@ -4584,7 +4351,7 @@ module LinkSender(
     end
     else begin
       busyReg <=
-        ~(silence | _GEN_1)
+        ~(silence | _GEN_2)
         & (begin_0 | ~(step & busyReg & (isEnd | _ends_T_2) & (_GEN ? 3'h1 : _nextRun_next_count_T_3) != 3'h5)
            & busyReg);
       if (silence) begin
@@ -4592,7 +4359,7 @@ module LinkSender(
         silent <= 5'h0;
       end
       else begin
-        if (_GEN_1)
+        if (_GEN_2)
           aborting <= 3'h7;
         else if (~step | busyReg | ~(|aborting)) begin
         end
@@ -4609,25 +4376,23 @@ module LinkSender(
       end
       if (step)
         levelReg <= busyReg ? bit_0 : aborting == 3'h0;
-      loads <=
-        ~(abort | silence)
-        & (begin_0 | ~byte_valid & (_GEN_0 & (&(count[2:0])) & count[7:3] != 5'h3 & count[7:3] != lastByte | loads));
+      loads <= ~(abort | silence) & (begin_0 | ~byte_valid & (_GEN_1 ? count[7:3] != 5'h3 & (|left) : loads));
     end
   end // always @(posedge, posedge)
-  wire        _GEN_2 = step & busyReg;
+  wire        _GEN_3 = step & busyReg;
   always @(posedge clock) begin
     if (begin_0) begin
       starts <= 1'h1;
       isEnd <= 1'h0;
       count <= 8'h0;
-      lastByte <= 5'h1F;
+      left <= 5'h1F;
       crc8 <= 8'hFF;
       crc32 <= 32'hFFFFFFFF;
       ownReg <= own;
     end
     else begin
-      starts <= ~_GEN_2 & starts;
-      isEnd <= _GEN_2 & _ends_T_2 | isEnd;
+      starts <= ~_GEN_3 & starts;
+      isEnd <= _GEN_3 & _ends_T_2 | isEnd;
       if (_GEN_0) begin
         count <= count + 8'h1;
         if (isCheck)
@@ -4640,7 +4405,9 @@ module LinkSender(
           crc32 <= {crc32[30:0], 1'h0} ^ (crc32[31] ^ data ? 32'h4C11DB7 : 32'h0);
       end
       if (byte_valid & count[7:3] == 5'h9)
-        lastByte <= {1'h0, isRemote ? 4'h0 : byte_bits[3] ? 4'h8 : byte_bits[3:0]} + 5'hD;
+        left <= {1'h0, isRemote ? 4'h0 : byte_bits[3] ? 4'h8 : byte_bits[3:0]} + 5'h4;
+      else if (_GEN_1)
+        left <= left - {4'h0, count[7:3] > 5'h8};
     end
     if (byte_valid & count[7:3] == 5'h5)
       isRemote <= byte_bits[6];
@@ -4648,7 +4415,7 @@ module LinkSender(
       shift <= count[7:3] == 5'h3 & ownReg ? 8'hFF : byte_bits;
     else if (_GEN_0)
       shift <= {shift[6:0], 1'h0};
-    if (_GEN_2) begin
+    if (_GEN_3) begin
       run_level <= ~starts & bit_0;
       if (_GEN)
         run_count <= 3'h1;
@@ -7544,7 +7311,6 @@ module ring_gateway_node(
   wire [31:0] _wide_wide_wdata;
   wire [3:0]  _wide_wide_be;
   wire        _node_host_write;
-  wire [15:0] _node_host_addr;
   wire [31:0] _node_host_wdata;
   wire [3:0]  _node_host_be;
   wire        _node_host_ack;
@@ -7552,7 +7318,6 @@ module ring_gateway_node(
   wire        _node_irq;
   wire        _relay_host_req;
   wire        _relay_host_write;
-  wire [15:0] _relay_host_addr;
   wire [31:0] _relay_host_wdata;
   wire [3:0]  _relay_host_be;
   wire [15:0] _relay_time;
@@ -7625,7 +7390,6 @@ module ring_gateway_node(
   wire        _ring_quantum;
   wire [6:0]  _ring_quanta;
   wire        _ring_host_write;
-  wire [15:0] _ring_host_addr;
   wire [31:0] _ring_host_wdata;
   wire [3:0]  _ring_host_be;
   wire        _ring_relay_on;
@@ -7654,6 +7418,7 @@ module ring_gateway_node(
     | _wide_wide_addr[15:5] == 11'h1;
   wire        isFar = _wide_wide_addr[15:8] == 8'h8;
   wire        isNode = ~isCan_0 & ~isFar;
+  wire [15:0] nodeAddr = {~(_wide_wide_addr[15:8] == 8'h0 | isFar), 3'h0, isFar, 3'h0, _wide_wide_addr[7:0]};
   wire        _ring_host_req_T = _wide_wide_req & isNode;
   NodeTime time_0 (
     .clock (clock),
@@ -7663,7 +7428,6 @@ module ring_gateway_node(
   );
   assign _ring_timer = _time_timer[17:0];
   assign _ring_host_write = _wide_wide_write;
-  assign _ring_host_addr = _wide_wide_addr;
   assign _ring_host_wdata = _wide_wide_wdata;
   assign _ring_host_be = _wide_wide_be;
   RingPorts ring (
@@ -7683,7 +7447,7 @@ module ring_gateway_node(
     .quanta        (_ring_quanta),
     .host_req      (_ring_host_req_T),
     .host_write    (_ring_host_write),
-    .host_addr     (_ring_host_addr),
+    .host_addr     (nodeAddr),
     .host_wdata    (_ring_host_wdata),
     .host_be       (_ring_host_be),
     .host_rdata    (_ring_host_rdata),
@@ -7787,7 +7551,6 @@ module ring_gateway_node(
   );
   assign _relay_host_req = _wide_wide_req & (isNode | isFar);
   assign _relay_host_write = _wide_wide_write;
-  assign _relay_host_addr = _wide_wide_addr;
   assign _relay_host_wdata = _wide_wide_wdata;
   assign _relay_host_be = _wide_wide_be;
   assign _relay_time = _time_timer[15:0];
@@ -7838,7 +7601,7 @@ module ring_gateway_node(
     .links_address         (_ring_relay_address),
     .host_req              (_relay_host_req),
     .host_write            (_relay_host_write),
-    .host_addr             (_relay_host_addr),
+    .host_addr             (nodeAddr),
     .host_wdata            (_relay_host_wdata),
     .host_be               (_relay_host_be),
     .host_ack              (_relay_host_ack),
@@ -7862,7 +7625,6 @@ module ring_gateway_node(
     .time_0                (_relay_time)
   );
   assign _node_host_write = _wide_wide_write;
-  assign _node_host_addr = _wide_wide_addr;
   assign _node_host_wdata = _wide_wide_wdata;
   assign _node_host_be = _wide_wide_be;
   NodeHost node (
@@ -7870,7 +7632,7 @@ module ring_gateway_node(
     .reset          (reset),
     .host_req       (_ring_host_req_T),
     .host_write     (_node_host_write),
-    .host_addr      (_node_host_addr),
+    .host_addr      (nodeAddr),
     .host_wdata     (_node_host_wdata),
     .host_be        (_node_host_be),
     .host_ack       (_node_host_ack),

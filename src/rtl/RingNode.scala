@@ -156,17 +156,20 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
     page === (PlantRegisters.Settings >> 8).U || page(7, 4) === (PlantRegisters.SendData >> 12).U
   }
   private val isNode = !isCan.reduce(_ || _) && !isFar && !isPlant
-  private def offer(port: HostPort, isMeant: Bool): Unit = {
+  private def offer(port: HostPort, isMeant: Bool, addr: UInt = wide.wide.addr): Unit = {
     port.req   := wide.wide.req && isMeant
     port.write := wide.wide.write
-    port.addr  := wide.wide.addr
+    port.addr  := addr
     port.wdata := wide.wide.wdata
     port.be    := wide.wide.be
   }
   for ((port, isMeant) <- cans.zip(isCan)) offer(port.host, isMeant)
-  offer(node.host, isNode)
-  offer(ring.host, isNode)
-  for (r <- relay) offer(r.host, isNode || isFar)
+  // What page it is need not be found out again; there are addresses of pages that belong to nobody.
+  private val isFirst  = page === 0.U || isFar
+  private val nodeAddr = !isFirst ## 0.U(3.W) ## isFar ## 0.U(3.W) ## wide.wide.addr(7, 0)
+  offer(node.host, isNode, nodeAddr)
+  offer(ring.host, isNode, nodeAddr)
+  for (r <- relay) offer(r.host, isNode || isFar, nodeAddr)
   for (n <- plant) {
     offer(n.host, isPlant)
     node.plant.get := Cat(n.events.link, n.events.sent, n.events.received)

@@ -152,10 +152,10 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   // ---- what the bit heard is ----
 
   // Reset: no frame.
-  private val isStuff   = RegNext(run.isFull && (place.isStuffed || place.is(CrcDelimiter)), false.B)
-  private val counters  = Module(new Confinement(firstTec))
-  private val state     = Wire(new BitState)
-  private val outlook   = Module(new BitOutlook(isTolerant))
+  private val isStuff  = RegNext(run.isFull && (place.isStuffed || place.is(CrcDelimiter)), false.B)
+  private val counters = Module(new Confinement(firstTec))
+  private val state    = Wire(new BitState)
+  private val outlook  = Module(new BitOutlook(isTolerant))
   state.place         := place
   state.sent          := ownLevel
   state.sender        := sender

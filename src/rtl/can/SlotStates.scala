@@ -65,7 +65,7 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   // The slot that is begun or was begun last, or, in relay mode, the one that is done. An attempt ends long
   // behind its beginning. An order to abort it counts up to that cycle.
   private val ofRelay    = relay.fold(false.B)(_.ends.valid)
-  private val slot   = Mux(takes.valid, takes.bits, last)
+  private val slot       = Mux(takes.valid, takes.bits, last)
   private val one        = UIntToOH(relay.fold(slot)(r => Mux(ofRelay, r.ends.bits, slot)), p.slots)
   private val abortsIt   = (aborts && !takes.valid) || (abort & one).orR
   private val over       = ends && (sent || oneShot || abortsIt)

@@ -47,11 +47,13 @@ class LinkBits extends Module {
   private val cycle  = Mux(restart, 0.U, cycleReg)
   private val behind = behindReg && !restart
 
-  private val isFree  = restart || (beforeReg && lastReg && !synchronisedReg)
-  private val edge    = isFree && !heard
-  private val isNear  = Mux(behind, setting.bit - cycle, cycle) <= setting.jump
-  private val jumped  = Mux(behind, cycle + setting.jump, cycle - setting.jump)
-  private val place   = Mux(edge, Mux(hard || isNear, 0.U, jumped), cycle)
+  private val isFree = restart || (beforeReg && lastReg && !synchronisedReg)
+  private val edge   = isFree && !heard
+  // By the greatest change on, or back.
+  private val change  = Mux(behind, setting.jump.pad(9), ~setting.jump.pad(9))
+  private val jumped  = ((cycle.pad(9) ## true.B) + (change ## !behind))(9, 1)
+  private val isNear  = Mux(behind, jumped >= setting.bit, jumped(8) || jumped === 0.U)
+  private val place   = Mux(edge, Mux(hard || isNear, 0.U, jumped(7, 0)), cycle)
   private val isLast  = place === setting.bit - 1.U
   private val samples = !edge && !behind && cycle === setting.sample
 

@@ -43,21 +43,21 @@ class LinkReceiver extends Module {
   val isOwn = IO(Output(Bool()))
 
   // Reset: nothing counts before idle.
-  private val state      = RegInit(Waits)
-  private val recessives = RegInit(0.U(3.W)) // in a row
-  private val dominants  = RegInit(0.U(9.W)) // likewise
-  private val isStuck    = RegInit(false.B)
-  private val broken     = RegInit(false.B)  // with a dominant bit, just now: counts if this is no abort
-  private val byCheck    = Reg(Bool())       // a wrong one
-  private val run        = Reg(new EqualBits)
-  private val count      = Reg(UInt(8.W))    // bits since start, without stuff bits
-  private val ends       = Reg(UInt(3.W))    // bits of the end
-  private val shift      = Reg(UInt(32.W))
-  private val crc8       = Reg(UInt(8.W))
-  private val crc32      = Reg(UInt(32.W))
-  private val isRemote   = Reg(Bool())
-  private val lastByte   = Reg(UInt(5.W))    // its number
-  private val own        = Reg(Bool())
+  private val state    = RegInit(Waits)
+  private val equals   = RegInit(0.U(9.W)) // bits of the level of the last one in a row, modulo 512
+  private val last     = Reg(Bool())
+  private val isStuck  = RegInit(false.B)
+  private val broken   = RegInit(false.B)  // with a dominant bit, just now: counts if this is no abort
+  private val byCheck  = Reg(Bool())       // a wrong one
+  private val count    = Reg(UInt(8.W))    // bits since start, without stuff bits and check
+  private val left     = Reg(UInt(5.W))    // bytes behind the one at hand; before the length: enough
+  private val isWhole  = Reg(Bool())       // but for a stuff bit
+  private val ends     = Reg(UInt(3.W))    // bits of the end
+  private val shift    = Reg(UInt(32.W))
+  private val crc8     = Reg(UInt(8.W))
+  private val crc32    = Reg(UInt(32.W))
+  private val isRemote = Reg(Bool())
+  private val own      = Reg(Bool())
 
   private val takes   = sample.valid
   private val bit     = sample.bits
@@ -68,17 +68,21 @@ class LinkReceiver extends Module {
   stuck  := isStuck
   word   := shift
   isOwn  := own
-  index  := byte - Mux(byte > 4.U, 2.U, 1.U) // behind the byte
+  index  := byte - 1.U // behind the byte
   events := 0.U.asTypeOf(new LinkEvents)
 
   // ---- equal bits ----
 
-  private val isSeventh = bit && recessives >= 6.U
+  private val isSame    = bit === last
+  private val areSix    = isSame && equals >= 6.U           // and this one
+  private val isSeventh = bit && areSix
+  private val isFull    = equals(2, 0) === EqualBits.Most.U // within a frame
+  private val nextFull  = isSame && equals(2, 0) === (EqualBits.Most - 1).U
   when(takes) {
-    recessives := Mux(bit, Mux(recessives === 7.U, 7.U, recessives + 1.U), 0.U)
-    dominants  := Mux(bit, 0.U, Mux(dominants === Stuck.U, dominants, dominants + 1.U))
-    when(bit || dominants >= (LinkFrame.AbortBits - 1).U) { broken := false.B }
-    when(!bit && dominants >= (Stuck - 1).U) { isStuck := true.B }
+    last   := bit
+    equals := Mux(isSame, equals + 1.U, 1.U)
+    when(bit || areSix) { broken := false.B }
+    when(!bit && isSame && equals === (Stuck - 1).U) { isStuck := true.B }
     when(isSeventh) { isStuck := false.B }
     // An abort was counted where the frame broke first (RB-02).
     when(broken && bit) {
@@ -90,18 +94,16 @@ class LinkReceiver extends Module {
   // ---- frames ----
 
   private val inFrame  = state === Header || state === Body
-  private val isStuff  = inFrame && run.isFull
-  private val isBreak  = takes && isStuff && bit === run.level
-  private val takesBit = takes && inFrame && !run.isFull
+  private val isStuff  = inFrame && isFull
+  private val isBreak  = takes && isStuff && isSame
+  private val takesBit = takes && inFrame && !isFull
   private val next8    = Crc8.and(crc8, bit)
   private val next32   = Crc32.and(crc32, bit)
-  private val isWhole  = state === Body && byte > lastByte // but for a stuff bit
 
   private val headerEnds = takesBit && state === Header && count === 39.U
-  private val bodyEnds   = takesBit && state === Body && byte === lastByte && byteEnd
+  private val bodyEnds   = takesBit && state === Body && left === 0.U && byteEnd
   private val isBadBody  = bodyEnds && next32 =/= Residue32.U
   private val isBadEnd   = takes && state === End && !bit
-  private val nextRun    = run.and(bit)
 
   when(takesBit) {
     shift := shift(30, 0) ## bit
@@ -109,19 +111,20 @@ class LinkReceiver extends Module {
     crc8  := next8
     when(count < 24.U || state === Body) { crc32 := next32 }
     when(count === 9.U) { own := address =/= 0.U && (shift(5, 0) ## bit) === address }
-    when(count === 41.U) { isRemote := bit }
-    when(count === 79.U) {
-      val dlc = shift(2, 0) ## bit
-      lastByte := 13.U +& Mux(isRemote, 0.U, Mux(dlc(3), 8.U, dlc))
+    when(state === Body) {
+      when(count === 33.U) { isRemote := bit }
+      when(byteEnd) {
+        val dlc = shift(2, 0) ## bit
+        left := Mux(byte === 8.U, 3.U +& Mux(isRemote, 0.U, Mux(dlc(3), 8.U, dlc)), left - (byte > 8.U))
+      }
     }
-    when(count === 40.U) { lastByte := 31.U } // none yet
-    events.byte := byteEnd && byte =/= 4.U
+    events.byte := byteEnd && !(state === Header && byte === 4.U)
   }
-  when(takes && inFrame) { run := nextRun }
   when(takes && state === Idle && !bit) {
     state         := Header
-    run           := EqualBits.start
     count         := 0.U
+    left          := 31.U
+    isWhole       := false.B
     crc8          := LinkCrc.Start8.U
     crc32         := "hffffffff".U
     events.starts := true.B
@@ -129,6 +132,7 @@ class LinkReceiver extends Module {
   when(takes && state === Waits && isSeventh) { state := Idle }
   when(headerEnds) {
     state         := Mux(next8 === Residue8.U, Body, Waits)
+    count         := 32.U
     events.header := next8 === Residue8.U
     when(next8 =/= Residue8.U) {
       broken           := !bit
@@ -136,8 +140,9 @@ class LinkReceiver extends Module {
       events.badHeader := bit
     }
   }
-  events.identified := takesBit && state === Body && count === 71.U
-  when(bodyEnds && !nextRun.isFull || takes && isStuff && isWhole) {
+  events.identified := takesBit && state === Body && count === 63.U
+  when(bodyEnds) { isWhole := true.B }
+  when(bodyEnds && !nextFull || takes && isStuff && isWhole) {
     state := End
     ends  := 0.U
   }
@@ -157,10 +162,9 @@ class LinkReceiver extends Module {
     }.otherwise { events.badFrame := true.B }
   }
   when(restart) {
-    state      := Waits
-    recessives := 0.U
-    dominants  := 0.U
-    broken     := false.B
+    state  := Waits
+    equals := 0.U
+    broken := false.B
   }
 }
 

@@ -39,7 +39,7 @@ class LinkSender extends Module {
   private val isEnd    = Reg(Bool())       // all is sent but for a stuff bit
   private val ownReg   = Reg(Bool())
   private val count    = Reg(UInt(8.W))    // bits behind the start
-  private val lastByte = Reg(UInt(5.W))    // its number
+  private val left     = Reg(UInt(5.W))    // bytes behind the one at hand; before the length: enough
   private val isRemote = Reg(Bool())
   private val shift    = Reg(UInt(8.W))
   private val crc8     = Reg(UInt(8.W))
@@ -48,14 +48,14 @@ class LinkSender extends Module {
 
   private val number  = count(7, 3)
   private val isCheck = number === 4.U
-  private val isCrc   = ownReg && number > lastByte - 4.U && number > 9.U
+  private val isCrc   = ownReg && left < 4.U
   private val data    = Mux(isCheck, !crc8(7), Mux(isCrc, !crc32(31), shift(7)))
   private val isStuff = !starts && run.isFull
   private val bit     = Mux(starts, false.B, Mux(isStuff, !run.level, data))
   private val nextRun = Mux(starts, EqualBits.start, run.and(bit))
   private val takes   = step && busyReg && !isStuff && !starts
   private val byteEnd = count(2, 0) === 7.U
-  private val ends    = isEnd || (takes && byteEnd && number === lastByte)
+  private val ends    = isEnd || (takes && byteEnd && left === 0.U)
 
   level := levelReg
   quiet := Mux(busyReg || aborting =/= 0.U, 0.U, silent)
@@ -82,7 +82,10 @@ class LinkSender extends Module {
     crc8  := Mux(isCheck, crc8(6, 0) ## false.B, Crc8.and(crc8, data))
     when(isCrc) { crc32 := crc32(30, 0) ## false.B }
       .elsewhen(number < 3.U || number > 4.U) { crc32 := Crc32.and(crc32, data) }
-    when(byteEnd && number =/= 3.U && number =/= lastByte) { loads := true.B }
+    when(byteEnd) {
+      left  := left - (number > 8.U)
+      loads := number =/= 3.U && left =/= 0.U
+    }
   }
 
   fetch.valid := loads
@@ -92,20 +95,18 @@ class LinkSender extends Module {
     shift := byte.bits
     when(number === 3.U && ownReg) { shift := LinkHeader.Hops.U }
     when(number === 5.U) { isRemote := byte.bits(6) }
-    when(number === 9.U) {
-      lastByte := 13.U +& Mux(isRemote, 0.U, Mux(byte.bits(3), 8.U, byte.bits(3, 0)))
-    }
+    when(number === 9.U) { left := 4.U +& Mux(isRemote, 0.U, Mux(byte.bits(3), 8.U, byte.bits(3, 0))) }
   }
   when(begin) {
-    busyReg  := true.B
-    starts   := true.B
-    isEnd    := false.B
-    ownReg   := own
-    count    := 0.U
-    lastByte := 31.U // not known yet
-    crc8     := LinkCrc.Start8.U
-    crc32    := "hffffffff".U
-    loads    := true.B
+    busyReg := true.B
+    starts  := true.B
+    isEnd   := false.B
+    ownReg  := own
+    count   := 0.U
+    left    := 31.U
+    crc8    := LinkCrc.Start8.U
+    crc32   := "hffffffff".U
+    loads   := true.B
   }
   when(abort && busyReg) {
     busyReg  := false.B
