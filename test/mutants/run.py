@@ -46,6 +46,7 @@ class Mutant:
     def __init__(self, path):
         self.path = path
         self.name = path.stem
+        self.number = path.stem.split("-")[0]
         self.text = path.read_text()
         head = re.match(r"# (.+)\n# Expected to be found by: ((?:sbt|make) .+)\n---", self.text)
         if not head:
@@ -188,10 +189,10 @@ def main():
     parser.add_argument("--sbt", default="sbt", help="command that starts sbt (default: sbt)")
     options = parser.parse_args()
     mutants = [Mutant(p) for p in sorted(HERE.glob("*.patch"))]
-    unknown = [w for w in options.mutants if not any(w in (m.name, m.name[:2]) for m in mutants)]
+    unknown = [w for w in options.mutants if not any(w in (m.name, m.number) for m in mutants)]
     if unknown:
         raise Trouble(f"There is no mutant {unknown[0]}; known are {mutants[0].name} to {mutants[-1].name}.")
-    mutants = [m for m in mutants if not options.mutants or {m.name, m.name[:2]} & set(options.mutants)]
+    mutants = [m for m in mutants if not options.mutants or {m.name, m.number} & set(options.mutants)]
     WORK.mkdir(parents=True, exist_ok=True)
     lock = open(WORK / "lock", "w")
     try:

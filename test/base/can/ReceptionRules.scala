@@ -67,6 +67,41 @@ abstract class ReceptionRules extends CanCases {
     }
   }
 
+  "CAN-43: filters that change within a frame" should "act on it by their values of before or after" in
+    at(Rate.Fast) { t =>
+      val random    = new Random(44)
+      var (old, is) = (0, 0) // frames that were accepted by the values of before, of after, where these differ
+      val all       = in -> 0
+      val none      = (in | 0x7ff) -> 0x7ff
+      def one       = Seq(all, none, (in | 1 << 31) -> (1 << 31), (in | 1) -> 1, 0 -> 0)(random.nextInt(5))
+      val entries   = Array.fill(CanParams().filters)(none)
+      for (((value, mask), n) <- entries.zipWithIndex) t.setFilter(n, value, mask)
+      for (_ <- 1 to 150) {
+        val id    = random.nextInt(0x7ff)
+        val frame = if (random.nextBoolean()) base(id) else ext(id)
+        def first(of: Seq[(Int, Int)]) = of.indexWhere { case (value, mask) =>
+          (value & in) != 0 && ((value ^ frame.word) & mask & 0xdfffffff) == 0
+        }
+        val before = first(entries.toSeq)
+        val n      = random.nextInt(4)
+        entries(n) = one
+        val after  = first(entries.toSeq)
+        val wire   = Wire(frame)
+        val moment = random.nextInt(wire.levels.length)
+        t.quietly(wire.levels.take(moment))
+        t.setFilter(n, entries(n)._1, entries(n)._2)
+        t.quietly(wire.levels.drop(moment))
+        t.play(Wire.Ack, Wire.Acked)
+        t.quietly(Wire.Eof)
+        t.intermission()
+        val taken = if (t.rxLevel == 0) -1 else t.takeBytes()(5)
+        assert(t.rxLevel == 0 && (taken == before || taken == after), s"$before, $after")
+        if (before != after) if (taken == before) old += 1 else is += 1
+      }
+      info(s"by those of before: $old, by those of after: $is")
+      assert(old + is > 20)
+    }
+
   "CB-11: an entry" should "be in force when its last byte is written, and not before" in each { t =>
     val start = CanRegisters.FilterStarts.head
     // Entry 0 lets all pass. With these bytes it would let nothing pass.
