@@ -36,7 +36,8 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
         transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
         campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix \
-        format check-format report figures pictures quartus check-board clean demo demo-ring server \
+        format check-format report ring-report figures pictures quartus check-board clean demo demo-ring \
+        server \
         firmware-test stack-test alarm-sim alarm-ring-sim ring-sim ethercrab-test mutants \
         check-dependencies clocks slave-demo
 
@@ -237,6 +238,10 @@ check-format: tools-for-check-format ## fails if a Scala source is not formatted
 report: tools-for-report ## measures area, latencies and Fmax: docs/report.md, docs/report.json; times of \
         # the alarm system by alarm-latency and page-latency, if they have run here, else the last ones
 	$(SBT) "runMain flyframe.report.Report"
+
+ring-report: tools-for-ring-report ## the same for the fibre ring: docs/ring-report.md, \
+             # docs/ring-report.json; its times and throughput by pictures
+	$(SBT) "runMain flyframe.report.RingReport"
 
 pictures: tools-for-test ## writes the pictures of docs/hosts.md and the plots of docs/ring.md, as tests \
           # measure them

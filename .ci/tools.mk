@@ -65,6 +65,7 @@ tools_page-latency        := sbt page
 tools_interop             := sbt sim masters
 tools_check-board         := sbt board
 tools_report              := sbt alarm page nextpnr
+tools_ring-report         := sbt alarm nextpnr
 tools_requirements        := audit
 tools_check-dependencies  := masters audit
 

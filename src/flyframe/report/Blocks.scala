@@ -9,8 +9,8 @@ import scala.util.matching.Regex
   * ...
   * <!-- end of figures -->
   * }}}
-  * and is made from `docs/report.json`, so that no figure is written by hand. `make report` writes them; a
-  * test compares.
+  * and is made from `docs/report.json` and `docs/ring-report.json`, so that no figure is written by hand.
+  * `make report` writes them; a test compares.
   */
 object Blocks {
   private type Report = ujson.Value
@@ -23,16 +23,17 @@ object Blocks {
 
   /** What the presets cost; one that is newer than the report has no row yet. */
   private def costs(r: Report): String = {
-    val rows = Points.presets.filter(p => r("presets").obj.contains(p.preset)).map { p =>
-      val preset = r("presets")(p.preset)
-      val delays = preset.obj.get("latency_ns") match {
-        case Some(l) => Seq("processing", "forwarding").map(d => ns(l(d)))
-        case None    => Seq("-", "-")
+    val rows =
+      (Points.presets ++ RingPoints.presets).filter(p => r("presets").obj.contains(p.preset)).map { p =>
+        val preset = r("presets")(p.preset)
+        val delays = preset.obj.get("latency_ns") match {
+          case Some(l) => Seq("processing", "forwarding").map(d => ns(l(d)))
+          case None    => Seq("-", "-")
+        }
+        val size = Seq("logic_elements", "m9k").map(k => grouped(preset(k)))
+        (Seq(s"`${p.preset}`") ++ size ++ delays ++
+          Seq(s"${p.coreClockMhz} MHz", f"${preset("fmax_mhz").num}%.0f MHz")).mkString("| ", " | ", " |")
       }
-      val size = Seq("logic_elements", "m9k").map(k => grouped(preset(k)))
-      (Seq(s"`${p.preset}`") ++ size ++ delays ++
-        Seq(s"${p.coreClockMhz} MHz", f"${preset("fmax_mhz").num}%.0f MHz")).mkString("| ", " | ", " |")
-    }
     (Seq(
       "| Preset | Logic elements | M9K | Processing | Forwarding | Core clock | Reached (proxy) |",
       "|---|---:|---:|---:|---:|---:|---:|"
@@ -82,8 +83,14 @@ object Blocks {
     }
   )
 
-  /** What the report says, as `make report` has left it in `docs`. */
-  def report(docs: Path): ujson.Value = ujson.read(Files.readString(docs.resolve("report.json")))
+  /** What the report says, as `make report` has left it in `docs`, and that of the ring. */
+  def report(docs: Path): ujson.Value = {
+    val all  = ujson.read(Files.readString(docs.resolve("report.json")))
+    val ring = ujson.read(Files.readString(docs.resolve(RingFigures.Json)))
+    ring("presets").obj.foreach { case (preset, figures) => all("presets")(preset) = figures }
+    all("goals").arr ++= ring("goals").arr
+    all
+  }
 
   /** Writes the blocks of all pages anew; the pages it has written. */
   def write(docs: Path): Seq[Path] = {

@@ -7,9 +7,9 @@ import flyframe.HostPinSets
 
 /** The figures as data: `report.json` and a line per preset in `report-history.csv`. */
 object Figures {
-  private def tenths(v: Double): Double = math.round(v * 10) / 10.0
+  private[report] def tenths(v: Double): Double = math.round(v * 10) / 10.0
 
-  private def areaJson(a: Area) =
+  private[report] def areaJson(a: Area) =
     ujson.Obj("luts" -> a.luts, "ffs" -> a.ffs, "logic_elements" -> a.logicElements, "m9k" -> a.m9k)
 
   private def latencyJson(l: Latency) =
@@ -68,7 +68,7 @@ object Figures {
     ujson.write(all, indent = 2) + "\n"
   }
 
-  private def obj(entries: Seq[(String, ujson.Value)]): ujson.Obj = {
+  private[report] def obj(entries: Seq[(String, ujson.Value)]): ujson.Obj = {
     val o = ujson.Obj()
     entries.foreach { case (k, v) => o(k) = v }
     o
@@ -77,27 +77,42 @@ object Figures {
   private[report] val head = "date,version,preset,forwarding_ns,processing_ns,luts,ffs,logic_elements,m9k," +
     "fmax_mhz,logic_elements_with_carry"
 
+  /** What the history has of a preset, but for the date. */
+  private[report] def line(
+      version: String,
+      preset: String,
+      delays: Option[Seq[Double]],
+      a: Area,
+      speed: Speed,
+      withCarry: Area
+  ): String = {
+    val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
+    val others = Seq(tenths(speed.mhz).toString, withCarry.logicElements.toString)
+    (Seq(version, preset) ++ delays.fold(Seq("", ""))(_.map(_.toString)) ++ counts ++ others).mkString(",")
+  }
+
+  private[report] def lines(r: Results): Seq[String] = Points.presets.map { p =>
+    line(r.version, p.preset, r.delays(p), r.area(p.preset), r.speed(p.preset), r.withCarry(p.preset))
+  }
+
   /** Lines to append to a history whose lines are `old`: one for each preset whose version or figures
     * changed.
     */
-  def newLines(old: Seq[String], date: String, r: Results): Seq[String] =
-    Points.presets.flatMap { p =>
-      val a      = r.area(p.preset)
-      val delays = r.delays(p).fold(Seq("", ""))(_.map(_.toString))
-      val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
-      val others = Seq(tenths(r.speed(p.preset).mhz).toString, r.withCarry(p.preset).logicElements.toString)
-      val line   = (Seq(r.version, p.preset) ++ delays ++ counts ++ others).mkString(",")
+  def newLines(old: Seq[String], date: String, lines: Seq[String]): Seq[String] = {
+    def preset(line: String) = line.split(",")(1)
+    lines.flatMap { line =>
       val last = old
         .map(_.split(",", 2))
-        .collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }
+        .collect { case Array(_, rest) if rest.split(",").lift(1).contains(preset(line)) => rest }
         .lastOption
       Option.when(!last.contains(line))(s"$date,$line")
     }
+  }
 
   /** Appends to the history file; the result is the number of lines. */
-  def remember(path: Path, r: Results): Int = {
+  def remember(path: Path, lines: Seq[String]): Int = {
     val old   = if (Files.exists(path)) Files.readAllLines(path).asScala.toSeq else Nil
-    val fresh = newLines(old, LocalDate.now.toString, r)
+    val fresh = newLines(old, LocalDate.now.toString, lines)
     val text  = (if (old.isEmpty) head +: fresh else fresh).map(_ + "\n").mkString
     Files.writeString(path, text, StandardOpenOption.CREATE, StandardOpenOption.APPEND)
     fresh.size

@@ -99,10 +99,14 @@ final class Measure(dir: Path) {
   private def whole(p: EscParams, netlist: Path): Area =
     Netlist.own(Netlist.read(netlist)("modules")(p.topName))
 
-  /** The area of each unit, from a run that keeps the hierarchy. */
-  def areaByUnit(p: EscParams): Map[String, Area] = {
+  /** The area of each unit, from a run that keeps the hierarchy; see [[Netlist.byUnit]]. */
+  def areaByUnit(
+      p: EscParams,
+      rest: String = Points.rest,
+      unitOf: String => Option[String] = Points.unitOf
+  ): Map[String, Area] = {
     val path = synthesise(p, "units", Cyclone4.byModule(p.topName))
-    Netlist.byUnit(Netlist.read(path), p.topName, Points.rest, Points.unitOf)
+    Netlist.byUnit(Netlist.read(path), p.topName, rest, unitOf)
   }
 
   /** The core clock an ECP5-85 of speed grade 6 reaches: the median of all [[Measure.Seeds]]. */

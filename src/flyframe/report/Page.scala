@@ -1,33 +1,12 @@
 package flyframe.report
 
 import flyframe.HostPinSets
-import flyframe.params.{EscParams, Presets}
 
 /** `docs/report.md`. */
 object Page {
-  private def row(cells: String*): String = cells.mkString("| ", " | ", " |\n")
-
-  /** A table; all columns but the first `texts` are right-aligned. */
-  private def table(head: Seq[String], rows: Seq[Seq[String]], texts: Int = 1): String =
-    row(head: _*) + head.indices.map(i => if (i < texts) "---" else "---:").mkString("|", "|", "|\n") + rows
-      .map(row(_: _*))
-      .mkString
-
-  /** `text` for a template with margins: its own bars at the start of a line stay. */
-  private def block(text: String): String = text.replace("\n|", "\n||")
-
-  private def n(v: Int): String     = f"$v%,d"
+  import Tables._
   private def ns(v: Double): String = f"$v%.1f"
-  private def diff(v: Int): String  = if (v == 0) "0" else f"$v%+,d"
-  private def cells(a: Area)        = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(n)
   private val base                  = Points.base
-
-  private def goals(r: Results): String =
-    table(
-      Seq("Goal", "Wanted", "Measured", ""),
-      Goals(r).map(g => Seq(g.title, g.goal, g.measured, if (g.reached) "reached" else "**missed**")),
-      texts = 4
-    )
 
   private def presets(r: Results): String =
     table(
@@ -116,21 +95,6 @@ object Page {
     else s"**The steps do not explain the measurement**: ${wrong.mkString("; ")}."
   }
 
-  private def features(r: Results, base: EscParams, variants: Seq[Variant]): String = {
-    val from = r.area(base.preset)
-    table(
-      Seq("Change", "LUTs", "Registers", "Logic elements", "M9K", "Difference in logic elements"),
-      (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: variants.map { v =>
-        val a    = r.area(v.params.preset)
-        val was  = v.info.show(base)
-        val more = v.needs.fold("")(n => s", with $n")
-        (s"${v.info.name} ${v.value} (was $was)$more" +: cells(a)) :+ diff(
-          a.logicElements - from.logicElements
-        )
-      }
-    )
-  }
-
   private def hosts(r: Results): String =
     table(
       Seq("Interface", "LUTs", "Registers", "Logic elements", "Goal"),
@@ -159,22 +123,13 @@ object Page {
     )
   }
 
-  private def units(r: Results): String = {
-    val rows = Points.units.map { case (unit, _) =>
-      unit +: Points.presets.flatMap { p =>
-        val a = r.units(p.preset).getOrElse(unit, Area())
-        Seq(n(a.logicElements), n(a.ffs), n(a.m9k))
-      }
-    }
-    val sums = "**Sum**" +: Points.presets.flatMap { p =>
-      val a = r.units(p.preset).values.reduce(_ + _)
-      Seq(n(a.logicElements), n(a.ffs), n(a.m9k))
-    }
-    table(
-      "Unit" +: Points.presets.flatMap(p => Seq(s"`${p.preset}` logic elements", "registers", "M9K")),
-      rows :+ sums
-    )
-  }
+  private def units(r: Results): String = Tables.units(
+    Points.units.map(_._1),
+    Points.presets.map(_.preset),
+    r.units,
+    a => Seq(a.logicElements, a.ffs, a.m9k),
+    p => Seq(s"`$p` logic elements", "registers", "M9K")
+  )
 
   private def unitsNote(r: Results): String = Points.presets
     .map(p => f"${r.area(p.preset).logicElements}%,d for `${p.preset}`")
@@ -192,7 +147,7 @@ object Page {
        |
        |## Goals
        |
-       |${block(goals(r))}
+       |${block(Tables.goals(Goals(r)))}
        |## Presets
        |
        |${block(presets(r))}
@@ -226,23 +181,20 @@ object Page {
        |
        |`${base.preset}` with one parameter changed.
        |
-       |${block(features(r, base, Points.variants))}
+       |${block(features(r.area, base, Points.variants))}
        |
        |The same for the complete slave, a row per feature:
        |
-       |${block(features(r, Points.complete, Points.completeVariants))}
+       |${block(features(r.area, Points.complete, Points.completeVariants))}
        |
        |And the alarm master:
        |
-       |${block(features(r, Points.masterVariants.head.base, Points.masterVariants))}
+       |${block(features(r.area, Points.masterVariants.head.base, Points.masterVariants))}
        |
        |And the largest controller:
        |
-       |${block(features(r, Points.largestVariants.head.base, Points.largestVariants))}
+       |${block(features(r.area, Points.largestVariants.head.base, Points.largestVariants))}
        |
-       |And the ring node:
-       |
-       |${block(features(r, Presets.ring, Points.nodeVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
        |## Host interfaces

@@ -124,24 +124,17 @@ object Points {
   /** It with two ports. */
   val largest: EscParams = largestVariants.head.params
 
-  /** The same from the ring node. */
-  val nodeVariants: Seq[Variant] = Seq(
-    "canPorts"     -> 2,
-    "demodulator"  -> 1,
-    "coreClockMhz" -> 50,
-    "rxFrames"     -> 128,
-    "filters"      -> 32
-  ).map { case (name, value) => variant(Presets.ring, "ring-bus", name)(value) }
-
   /** All variants. */
   def allVariants: Seq[Variant] =
-    variants ++ completeVariants ++ masterVariants ++ largestVariants ++ nodeVariants
+    variants ++ completeVariants ++ masterVariants ++ largestVariants
 
   /** The base at every core clock, slowest first. */
   val clocks: Seq[EscParams] =
     (variants.filter(_.info.name == "coreClockMhz").map(_.params) :+ base).sortBy(_.coreClockMhz)
 
-  val presets: Seq[EscParams] = Presets.all.map { case Preset(p, _, _) => p }
+  /** Those of EtherCAT alone; the others are [[RingPoints]]. */
+  val presets: Seq[EscParams] =
+    Presets.all.map { case Preset(p, _, _) => p }.filterNot(RingPoints.presets.contains)
 
   /** Those that frames pass through. */
   val slaves: Seq[EscParams] = presets.filter(_.role == 0)
@@ -180,13 +173,11 @@ object Points {
     "Plant network, reports"    -> Set("PlantSide"),
     "Distributed clocks" ->
       Set("LocalClock", "ReceiveTimes", "MeanWays", "WordEngine", "SpeedControl", "SyncSignal", "LatchEdge"),
-    "CAN ports"               -> Set("CanPort"),
-    "Optical ports, bus mode" -> Set("RingPorts"),
-    "Watchdogs"               -> Set("Watchdog", "WatchdogDivider"),
-    "LEDs"                    -> Set("LedControl", "LedPattern"),
-    "Write log"               -> Set("WriteLog"),
-    "Loops and slot timer"    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"      -> Set.empty
+    "Watchdogs"            -> Set("Watchdog", "WatchdogDivider"),
+    "LEDs"                 -> Set("LedControl", "LedPattern"),
+    "Write log"            -> Set("WriteLog"),
+    "Loops and slot timer" -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"   -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

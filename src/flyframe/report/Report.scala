@@ -78,7 +78,8 @@ object Report {
     write(docs.resolve("report-features.svg"), Plots.features(r))
     write(docs.resolve("report-units.svg"), Plots.units(r))
     Blocks.write(docs).foreach(page => println(s"wrote $page"))
-    println(s"report-history.csv: ${Figures.remember(docs.resolve("report-history.csv"), r)} new line(s)")
+    val lines = Figures.remember(docs.resolve("report-history.csv"), Figures.lines(r))
+    println(s"report-history.csv: $lines new line(s)")
     Goals(r).foreach(g =>
       println(s"${if (g.reached) "reached" else "MISSED "}  ${g.title}: ${g.measured}, wanted ${g.goal}")
     )

@@ -1,7 +1,7 @@
 package flyframe.report
 
 import flyframe.clocks.MiiRxCrossing
-import flyframe.params.{EscParams, Presets}
+import flyframe.params.EscParams
 
 /** All figures of one run. Keys of the maps are file names of parameter sets, as in
   * [[flyframe.params.EscParams.preset]].
@@ -124,9 +124,7 @@ object Goals {
       blocks(Points.largest.preset, 28),
       size("alarm-slave", AlarmSlave),
       size("alarm-master", AlarmMaster),
-      size(Points.ring.preset, AlarmMaster),
-      size(Presets.ring.preset, 1600),
-      blocks(Presets.ring.preset, 5)
+      size(Points.ring.preset, AlarmMaster)
     )
     val inBlocks = Goal(
       s"Memory of ${p.preset}",

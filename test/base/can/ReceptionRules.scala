@@ -69,14 +69,15 @@ abstract class ReceptionRules extends CanCases {
 
   "CAN-43: filters that change within a frame" should "act on it by their values of before or after" in
     at(Rate.Fast) { t =>
-      val random    = new Random(44)
-      var (old, is) = (0, 0) // frames that were accepted by the values of before, of after, where these differ
-      val all       = in -> 0
-      val none      = (in | 0x7ff) -> 0x7ff
-      def one       = Seq(all, none, (in | 1 << 31) -> (1 << 31), (in | 1) -> 1, 0 -> 0)(random.nextInt(5))
-      val entries   = Array.fill(CanParams().filters)(none)
+      val random = new Random(44)
+      var (old, is) =
+        (0, 0) // frames that were accepted by the values of before, of after, where these differ
+      val all     = in           -> 0
+      val none    = (in | 0x7ff) -> 0x7ff
+      def one     = Seq(all, none, (in | 1 << 31) -> (1 << 31), (in | 1) -> 1, 0 -> 0)(random.nextInt(5))
+      val entries = Array.fill(CanParams().filters)(none)
       for (((value, mask), n) <- entries.zipWithIndex) t.setFilter(n, value, mask)
-      for (_ <- 1 to 150) {
+      for (_                  <- 1 to 150) {
         val id    = random.nextInt(0x7ff)
         val frame = if (random.nextBoolean()) base(id) else ext(id)
         def first(of: Seq[(Int, Int)]) = of.indexWhere { case (value, mask) =>

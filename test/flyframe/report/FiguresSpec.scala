@@ -77,14 +77,14 @@ class FiguresSpec extends AnyFlatSpec {
   private val head                 = fields(Figures.head)
 
   "The history" should "have both sizes in its lines" in {
-    val lines = Figures.newLines(Nil, "2026-01-01", results)
+    val lines = Figures.newLines(Nil, "2026-01-01", Figures.lines(results))
     assert(lines.size == Points.presets.size)
     for (line <- lines.map(fields)) {
       assert(line.size == head.size)
       assert(line(head.indexOf("logic_elements")) == "5000")
       assert(line(head.indexOf("logic_elements_with_carry")) == "4000")
     }
-    assert(Figures.newLines(lines, "2026-01-02", results) == Nil)
+    assert(Figures.newLines(lines, "2026-01-02", Figures.lines(results)) == Nil)
   }
 
   it should "have all columns in every line" in {

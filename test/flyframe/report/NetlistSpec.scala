@@ -66,6 +66,12 @@ class NetlistSpec extends AnyFlatSpec {
     assert(Points.units.flatMap(_._2).filterNot(modules.map(Netlist.plainName).toSet) == Nil)
   }
 
+  they should "be those of some preset of the fibre ring" in {
+    val verilog = RingPoints.presets.map(p => Files.readString(Paths.get(s"generated/${p.preset}.v")))
+    val modules = verilog.flatMap("(?m)^module (\\w+)".r.findAllMatchIn(_).map(_.group(1)))
+    assert(RingPoints.units.flatMap(_._2).filterNot(modules.map(Netlist.plainName).toSet) == Nil)
+  }
+
   "A module name" should "lose parameters and numbers" in {
     assert(Netlist.plainName("$paramod$43b0\\DualPortRam") == "DualPortRam")
     assert(Netlist.plainName("$paramod\\DualPortRam\\DEPTH=s32'1") == "DualPortRam")

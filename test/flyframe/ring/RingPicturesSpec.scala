@@ -10,9 +10,9 @@ import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.fibre.model.CanRing
 import flyframe.fibre.{CanOnRing, DemodulatorModel, ModulatorModel, Reach, Tone}
 import flyframe.params.FibreParams
-import flyframe.relay.model.{RelayFigures, RingLoad}
+import flyframe.relay.model.{BridgeOnEngineSpec, RelayFigures, RingLoad}
 import flyframe.relay._
-import flyframe.report.{Plots, TimingPicture, Wave}
+import flyframe.report.{Plots, RingFigure, TimingPicture, Wave}
 
 /** The plots of docs/ring.md are measured here, on the golden models, whose levels are those of the RTL
   * sample by sample (ModemRules). `make pictures` writes them.
@@ -392,6 +392,58 @@ class RingPicturesSpec extends AnyFlatSpec {
         "load of a broken one, %"   -> series(isBroken = true)
       )
     keep("ring-load.svg", Plots.panels("ring-load", "ms to the last node", panels, isLogarithmic = false))
+  }
+
+  // ---- section 14 ----
+
+  private val figuresOf = Paths.get("docs", "ring-figures.csv")
+  private val Promised = Seq( // idle, urgent at full load, the same broken, frames a second, the same broken
+    (25, "2 Mbit/s", 0.9, 4.0, 7.8, RingPage.FullLoad),
+    (125, "400 kbit/s", 4.4, 20.0, 39.0, RingPage.FullLoad / 5)
+  )
+
+  private def idle(linkBit: Int, rate: String, limit: Double) = RingFigure(
+    s"Relay mode, $rate, idle ring: way to the farthest node",
+    "ms",
+    new RelayFigures(linkBit, seed = 1).idle(20),
+    Some(limit),
+    isLeast = false
+  )
+
+  private def full(linkBit: Int, rate: String, isBroken: Boolean, limit: Double, frames: Double) = {
+    val (perSecond, urgent, _) = new RelayFigures(linkBit, seed = 1).full(10, isBroken)
+    val ring                   = s"Relay mode, $rate, ${if (isBroken) "broken ring" else "ring"} at full load"
+    val share                  = if (isBroken) 0.75 else 0.85
+    Seq(
+      RingFigure(s"$ring: urgent frame", "ms", urgent, Some(limit), isLeast = false),
+      RingFigure(s"$ring: throughput", "frames/s", perSecond, Some(share * frames), isLeast = true)
+    )
+  }
+
+  private def bridge: Seq[RingFigure] = {
+    val (average, longest, withBreaks) = BridgeOnEngineSpec.delays(seed = 1, frames = 2000)
+    Seq(
+      "on average"               -> average,
+      "at most"                  -> longest,
+      "at most, through a break" -> withBreaks
+    ).map { case (what, us) =>
+      RingFigure(s"delay by bridge and ring, 10 nodes on 10 km, $what", "us", us, None, isLeast = false)
+    }
+  }
+
+  "Figures of docs/ring-report.md" should "be those of the ring at work" in {
+    if (writes) {
+      val rows = Promised.flatMap { case (bit, rate, still, urgent, late, frames) =>
+        idle(bit, rate, still) +: (full(bit, rate, isBroken = false, urgent, frames) ++
+          full(bit, rate, isBroken = true, late, frames))
+      } ++ bridge
+      Files.write(figuresOf, (RingFigure.Head +: rows.map(_.row)).asJava)
+    }
+    val rows = RingFigure.read(Paths.get("docs"))
+    assert(rows.size == 5 * Promised.size + 3 && rows.flatMap(_.goal).forall(_.reached))
+    // One of them again.
+    val (bit, rate, still, _, _, _) = Promised.head
+    assert(rows.map(_.row).contains(idle(bit, rate, still).row))
   }
 
   // ---- how far bus mode reaches ----

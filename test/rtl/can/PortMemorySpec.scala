@@ -30,8 +30,8 @@ class PortMemorySpec extends AnyFlatSpec {
       // A job that has been begun, and how long ago: its word counts from the third cycle on.
       var under = Option.empty[Int]
 
-      def few                                      = random.nextInt(12)
-      def place(): Int                             = random.nextInt(4) << 6 | few
+      def few          = random.nextInt(12)
+      def place(): Int = random.nextInt(4) << 6 | few
       def show(n: Int, job: Option[Job]): Unit = {
         val pin = dut.job(n)
         pin.valid.poke(job.nonEmpty)
@@ -71,7 +71,7 @@ class PortMemorySpec extends AnyFlatSpec {
           )
           show(n, jobs(n))
         }
-        val (load, order, filter) = (random.nextInt(4) == 0, random.nextBoolean(), random.nextBoolean())
+        val (load, order, filter)    = (random.nextInt(4) == 0, random.nextBoolean(), random.nextBoolean())
         val (loads, orders, filters) = (few, random.nextInt(4), few)
         dut.load.valid.poke(load)
         dut.load.bits.poke(loads)

@@ -8,9 +8,10 @@ import scala.util.Random
 class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val p = CanParams()
 
-  "CAN-40, CB-04, CB-12: a slot" should "be pending until it is sent, fails, or is aborted while not on the wire" in
+  "CAN-40, CB-04, CB-12: a slot" should
+    "be pending until it is sent, fails, or is aborted while not on the wire" in
     test(new SlotStates(p)) { dut =>
-      val random = new Random(7)
+      val random                  = new Random(7)
       var (pending, sent, failed) = (Set.empty[Int], Set.empty[Int], Set.empty[Int])
       var onWire                  = Option.empty[Int]
       var aborts                  = false // what is on the wire
@@ -21,9 +22,10 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         val request = Option.when(random.nextInt(3) == 0)(random.nextInt(p.slots)).filterNot(pending)
         val abort   = if (random.nextInt(6) == 0) some(8) else Set.empty[Int]
         val clears  = Seq.fill(2)(if (random.nextInt(6) == 0) some(3) else Set.empty[Int])
-        val takes   = if (onWire.isEmpty && random.nextInt(3) == 0) random.shuffle(pending.toSeq).headOption else None
-        val ends    = onWire.nonEmpty && random.nextInt(4) == 0
-        val isSent  = ends && random.nextBoolean()
+        val takes =
+          if (onWire.isEmpty && random.nextInt(3) == 0) random.shuffle(pending.toSeq).headOption else None
+        val ends   = onWire.nonEmpty && random.nextInt(4) == 0
+        val isSent = ends && random.nextBoolean()
         dut.oneShot.poke(oneShot)
         dut.request.valid.poke(request.nonEmpty)
         dut.request.bits.poke(request.getOrElse(0))

@@ -84,7 +84,7 @@ class SourcesSpec extends AnyFlatSpec {
             if ((near - newest(source) & 0x3fff) < 40) newest(source) = near
             near
           }
-        val kind = if (isLife) 1 else if (random.nextInt(40) == 0) 2 else 0
+        val kind               = if (isLife) 1 else if (random.nextInt(40) == 0) 2 else 0
         val (sentBy, by, hops) = (random.nextInt(2), random.nextInt(2), 1 + random.nextInt(255))
         val it                 = dut.frame.bits
         it.kind.poke(kind)

@@ -32,9 +32,8 @@ class BridgeOnEngineSpec extends AnyFlatSpec {
           assert(to.came.map(_._2).filter(_.word == id) == ofOne, f"in order: 0x$id%x")
       }
       assert(bench.dropped == 0)
-      val delays = (for ((from, to) <- Seq(a -> b, b -> a); (time, frame) <- to.came)
-        yield (time - from.left(frame)) / Us).sorted
-      val whole = bench.undisturbed.sorted.map(_ / Us)
+      val delays = bench.delays.sorted.map(_ / Us)
+      val whole  = bench.undisturbed.sorted.map(_ / Us)
       assert(whole.nonEmpty && bench.breaks >= 4)
       info(
         s"added delay: ${whole.head} to ${whole.last} us, on average ${whole.sum / whole.size}; " +
@@ -116,6 +115,14 @@ object BridgeOnEngineSpec {
     def dropped: Int = port.read(CanRegisters.PortStarts.head + CanRegisters.BridgeDropped, 1).head
   }
 
+  /** Microseconds that bridge and ring add: on average and at most without a break, and at most with one. */
+  def delays(seed: Long, frames: Int): (Double, Double, Double) = {
+    val bench = new BridgeOnEngine(seed, frames)
+    bench.run()
+    val whole = bench.undisturbed.map(_ / Us.toDouble)
+    (whole.sum / whole.size, whole.max, bench.delays.max / Us.toDouble)
+  }
+
   /** The ring and its pairs. */
   final class BridgeOnEngine(seed: Long, count: Int) {
     private val random  = new Random(seed)
@@ -179,6 +186,11 @@ object BridgeOnEngineSpec {
       left = from.left(frame)
       if !cuts.exists { case (since, until) => left < until && time > since }
     } yield time - left
+
+    /** What all frames were on their way, in ps. */
+    def delays: Seq[Long] =
+      for ((from, to) <- pairs.zip(pairs.reverse); (time, frame) <- to.came.toSeq)
+        yield time - from.left(frame)
 
     def dropped: Int =
       pairs.map(_.dropped).sum + Seq(0, Nodes / 2).map(ring.node(_).records.bridgeDropped).sum
