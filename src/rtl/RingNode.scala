@@ -164,7 +164,7 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
     port.be    := wide.wide.be
   }
   for ((port, isMeant) <- cans.zip(isCan)) offer(port.host, isMeant)
-  // What page it is need not be found out again; there are addresses of pages that belong to nobody.
+  // Of the page they are told only that it is the first one, that of the distances, or another.
   private val isFirst  = page === 0.U || isFar
   private val nodeAddr = !isFirst ## 0.U(3.W) ## isFar ## 0.U(3.W) ## wide.wide.addr(7, 0)
   offer(node.host, isNode, nodeAddr)

@@ -17,8 +17,7 @@ final case class WordCounter(word: Int, lane: Option[Int], waiting: Int)
 /** Counts events in words of a [[PortMemory]]. It looks at one counter a cycle for what waits.
   *
   * @param counters
-  *   of eight words at most, of which the last four have but counters of 32 bits, and no other words have
-  *   such
+  *   bytes of words 0 to 3, and all 32 bits of words 4 to 7
   */
 class WordCounters(counters: Seq[WordCounter]) extends Module {
   import WordCounters._
@@ -37,6 +36,11 @@ class WordCounters(counters: Seq[WordCounter]) extends Module {
   private val at       = RegInit(0.U(IndexBits.W))
   private val isActive = RegInit(false.B)
   private val indices  = counters.map(indexOf)
+  for (c <- counters)
+    require(
+      if (c.lane.nonEmpty) 0 to 3 contains c.word else 4 to 7 contains c.word,
+      s"A counter of ${c.lane.fold("32 bits")(_ => "a byte")} must not be in word ${c.word}."
+    )
   require(indices.distinct.size == indices.size, s"Counters have the same place: $indices.")
   private val waiting = counters.zip(events).zip(indices).map { case ((c, event), index) =>
     val count = RegInit(0.U(c.waiting.W))

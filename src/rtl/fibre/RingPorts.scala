@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util.log2Ceil
 import flyframe.memory.HostPort
 import flyframe.params.FibreParams
+import flyframe.registers.RingRegisters
 
 /** Relay mode between the ports, from its side; port 1 is number 0. */
 class RingLinks extends Bundle {
@@ -54,7 +55,7 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   val irq  = IO(Output(Bool()))
 
   /** What is counted, as in [[flyframe.registers.RingRegisters.BusCounters]], each a pulse. */
-  val counts = IO(Output(Vec(6, Bool())))
+  val counts = IO(Output(Vec(RingRegisters.BusCounters.size, Bool())))
 
   val relay: Option[RingLinks] = Option.when(hasRelay)(IO(Flipped(new RingLinks)).suggestName("relay"))
   private def inRelay(n: Int)(of: RingLinks => Vec[Bool]) = relay.fold(false.B)(r => r.on && of(r)(n))

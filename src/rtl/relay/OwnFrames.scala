@@ -154,7 +154,7 @@ class OwnFrames(p: CanParams) extends Module {
     }
   }
 
-  // One behind the other, in front of the walk.
+  // One behind the other; the second one in the cycle that begins the walk.
   private val isSecond = walk
   private val due      = Mux(isSecond, homes(1), homes(0))
   private val isUsed   = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens

@@ -174,6 +174,7 @@ class PassingOn extends Module {
   private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
   private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
   private val meant  = Mux(second, target(1), target(0))
+  // The output: of a new frame the other port if that is up, else the same.
   private val to =
     Mux(report.header, Mux(second, !isUpReg(0), isUpReg(1)), meant(FrameStore.PlaceBits - 1)).asBool
   private val asks  = isPhase(Reports(0)) || isPhase(Reports(1))
@@ -185,7 +186,6 @@ class PassingOn extends Module {
     lists.ranks   := report.identified && !report.bad && passes(second) && waits(second)
     lists.removes := waits(second) && (!passes(second) || report.bad)
   }
-  // By the other port if that is up, else back.
   private val canPass = report.header && on && !isOwn
   when(tells && canPass) {
     when(isLast || lists.size === TransitLists.Most.U) { counts.stray := true.B }.otherwise {
