@@ -2154,6 +2154,7 @@ module SlotOrder(
   input         clock,
   input         reset,
   input  [15:0] pending,
+  input  [15:0] leaving,
   input         changedNow,
   input         changedLate,
   input         append_valid,
@@ -2179,16 +2180,16 @@ module SlotOrder(
   reg         walks;
   reg  [4:0]  at;
   reg  [4:0]  to;
-  reg         gives;
-  reg         has;
-  reg  [3:0]  slot;
+  reg         isThere;
+  reg         first_valid;
+  reg  [3:0]  first_bits;
+  reg         second_valid;
+  reg  [3:0]  second_bits;
   wire        isAtEnd = at == count;
-  wire [15:0] _wants_T_1 = pending >> slot;
-  wire        wants = walks & has & _wants_T_1[0];
+  wire [15:0] _wants_T = pending >> first_bits;
+  wire        wants = first_valid & _wants_T[0];
   wire        keeps = wants & ready;
-  wire        moves = ~has | ~wants | ready;
-  wire        takes = gives & ~isAtEnd & moves;
-  wire [4:0]  _nextAt_T = at + {4'h0, takes};
+  wire        reads = walks & ~isAtEnd & ~(first_valid & second_valid) & ~(isThere & (first_valid | second_valid));
   reg         comes;
   reg         compares;
   reg  [31:0] thisKey;
@@ -2208,17 +2209,23 @@ module SlotOrder(
   reg  [3:0]  before_slot;
   reg         before_firstBit;
   reg  [1:0]  recent;
-  wire [15:0] _offer_valid_T = pending >> offered_slot;
-  wire        _offer_valid_output = offered_valid & _offer_valid_T[0];
+  wire [15:0] _GEN_0 = {12'h0, offered_slot};
+  wire [15:0] _offer_valid_T = pending >> _GEN_0;
+  wire [15:0] _offer_valid_T_3 = leaving >> _GEN_0;
+  wire        _offer_valid_output = offered_valid & _offer_valid_T[0] & ~(_offer_valid_T_3[0]);
   wire [15:0] _offered_valid_T = pending >> before_slot;
-  wire        isDone = walks & gives & isAtEnd & ~has & ~comes & ~compares;
+  wire        stays = wants & ~ready;
+  wire        isDone = walks & isAtEnd & ~isThere & ~first_valid & ~second_valid & ~comes & ~compares;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       bank <= 1'h0;
       count <= 5'h0;
       walks <= 1'h0;
-      gives <= 1'h0;
-      has <= 1'h0;
+      isThere <= 1'h0;
+      first_valid <= 1'h0;
+      first_bits <= 4'h0;
+      second_valid <= 1'h0;
+      second_bits <= 4'h0;
       comes <= 1'h0;
       compares <= 1'h0;
       found <= 1'h0;
@@ -2237,18 +2244,23 @@ module SlotOrder(
           count <= count + 5'h1;
       end
       walks <= changed | ~isDone & walks;
-      gives <= ~changed & (walks | gives);
-      has <= ~changed & (walks ? takes | ~moves : has);
+      isThere <= ~changed & reads;
+      first_valid <= ~changed & (stays ? first_valid : second_valid | isThere);
+      if (~stays)
+        first_bits <= second_valid ? second_bits : _list_readData;
+      second_valid <= ~changed & (isThere & (stays | second_valid) | stays & second_valid);
+      if (isThere)
+        second_bits <= _list_readData;
       comes <= keeps & ~changed;
       compares <= comes & ~changed;
       found <= ~changed & (_GEN | found);
       if (changedNow)
-        waits <= 6'h27;
+        waits <= 6'h37;
       else if (changedLate) begin
-        if (waits == 6'h27)
-          waits <= 6'h26;
+        if (waits == 6'h37)
+          waits <= 6'h36;
         else
-          waits <= 6'h25;
+          waits <= 6'h35;
       end
       else if ((|(waits[5:1])) | due)
         waits <= waits - 6'h1;
@@ -2272,14 +2284,14 @@ module SlotOrder(
       at <= 5'h0;
       to <= 5'h0;
     end
-    else if (walks) begin
-      at <= _nextAt_T;
-      to <= to + {4'h0, keeps};
+    else begin
+      if (reads)
+        at <= at + 5'h1;
+      if (keeps)
+        to <= to + 5'h1;
     end
-    if (moves)
-      slot <= _list_readData;
     thisKey <= key;
-    thisSlot_REG <= slot;
+    thisSlot_REG <= first_bits;
     thisSlot <= thisSlot_REG;
     if (_GEN) begin
       bestKey <= thisKey;
@@ -2293,8 +2305,8 @@ module SlotOrder(
   end // always @(posedge)
   assign _list_write = _appended_output | keeps;
   assign _list_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign _list_writeData = _appended_output ? append_bits : slot;
-  assign _list_readAddress = {1'h0, bank, _nextAt_T[3:0]};
+  assign _list_writeData = _appended_output ? append_bits : first_bits;
+  assign _list_readAddress = {1'h0, bank, at[3:0]};
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
@@ -2309,7 +2321,7 @@ module SlotOrder(
   );
   assign appended = _appended_output;
   assign read_valid = wants;
-  assign read_bits = slot;
+  assign read_bits = first_bits;
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
@@ -2329,6 +2341,7 @@ module SlotStates(
   input         ends,
   input         sent,
   output [15:0] pending,
+  output [15:0] leaving,
   output [15:0] sentAll,
   output [15:0] failedAll,
   output [3:0]  current,
@@ -2342,13 +2355,16 @@ module SlotStates(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
-  reg         aborted_REG;
-  reg         ended_REG;
+  wire [15:0] _GEN = {12'h0, last};
+  reg  [15:0] leaves;
+  reg         isOver;
+  reg         isSent;
+  wire [15:0] one = 16'h1 << _GEN;
+  wire [15:0] mayGo = leaves & waits & ~(onWire | isOver ? one : 16'h0);
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] one = 16'h1 << (takes_valid ? takes_bits : last);
-  wire        abortsIt = aborts & ~takes_valid | (|(abort & one));
-  wire        over = ends & (sent | oneShot | abortsIt);
-  wire [15:0] mayGo = abort & waits & ~(isOnIt ? one : 16'h0);
+  wire [15:0] _abortsIt_T_4 = abort >> _GEN;
+  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
+  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2357,29 +2373,31 @@ module SlotStates(
       badly <= 16'h0;
       onWire <= 1'h0;
       aborts <= 1'h0;
-      aborted_REG <= 1'h0;
-      ended_REG <= 1'h0;
+      leaves <= 16'h0;
+      isOver <= 1'h0;
     end
     else begin
-      waits <= waits & ~mayGo & ~(over ? one : 16'h0) | requestOne;
-      well <= well & ~clearSent & ~requestOne | (sent & over ? one : 16'h0);
-      badly <= badly & ~clearFailed & ~requestOne | mayGo | (sent | ~over ? 16'h0 : one);
+      waits <= waits & ~mayGo & ~(isOver ? one : 16'h0) | requestOne;
+      well <= well & ~clearSent & ~requestOne | (isSent & isOver ? one : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | mayGo | (isSent | ~isOver ? 16'h0 : one);
       onWire <= isOnIt & ~ends;
       aborts <= isOnIt & ~ends & abortsIt;
-      aborted_REG <= |mayGo;
-      ended_REG <= over;
+      leaves <= abort;
+      isOver <= isOnIt & ends & (sent | oneShot | abortsIt);
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    isSent <= sent;
   end // always @(posedge)
   assign pending = waits;
+  assign leaving = leaves;
   assign sentAll = well;
   assign failedAll = badly;
   assign current = last;
-  assign aborted = aborted_REG;
-  assign ended = ended_REG;
+  assign aborted = |mayGo;
+  assign ended = isOver;
 endmodule
 
 module WordCounters(
@@ -3159,6 +3177,7 @@ module CanPort(
   wire        _states_aborted;
   wire        _states_ended;
   wire [15:0] _order_pending;
+  wire [15:0] _order_leaving;
   wire        _order_changedNow;
   wire        _order_changedLate;
   wire        _order_append_valid;
@@ -3413,6 +3432,7 @@ module CanPort(
     .clock          (clock),
     .reset          (reset),
     .pending        (_order_pending),
+    .leaving        (_order_leaving),
     .changedNow     (_order_changedNow),
     .changedLate    (_order_changedLate),
     .append_valid   (_order_append_valid),
@@ -3442,6 +3462,7 @@ module CanPort(
     .ends          (_engine_events_ends),
     .sent          (_engine_events_sent),
     .pending       (_states_pending),
+    .leaving       (_order_leaving),
     .sentAll       (_states_sentAll),
     .failedAll     (_states_failedAll),
     .current       (_states_current),

@@ -2193,6 +2193,7 @@ module SlotOrder(
   input         clock,
   input         reset,
   input  [15:0] pending,
+  input  [15:0] leaving,
   input         changedNow,
   input         changedLate,
   input         append_valid,
@@ -2218,16 +2219,16 @@ module SlotOrder(
   reg         walks;
   reg  [4:0]  at;
   reg  [4:0]  to;
-  reg         gives;
-  reg         has;
-  reg  [3:0]  slot;
+  reg         isThere;
+  reg         first_valid;
+  reg  [3:0]  first_bits;
+  reg         second_valid;
+  reg  [3:0]  second_bits;
   wire        isAtEnd = at == count;
-  wire [15:0] _wants_T_1 = pending >> slot;
-  wire        wants = walks & has & _wants_T_1[0];
+  wire [15:0] _wants_T = pending >> first_bits;
+  wire        wants = first_valid & _wants_T[0];
   wire        keeps = wants & ready;
-  wire        moves = ~has | ~wants | ready;
-  wire        takes = gives & ~isAtEnd & moves;
-  wire [4:0]  _nextAt_T = at + {4'h0, takes};
+  wire        reads = walks & ~isAtEnd & ~(first_valid & second_valid) & ~(isThere & (first_valid | second_valid));
   reg         comes;
   reg         compares;
   reg  [31:0] thisKey;
@@ -2247,17 +2248,23 @@ module SlotOrder(
   reg  [3:0]  before_slot;
   reg         before_firstBit;
   reg  [1:0]  recent;
-  wire [15:0] _offer_valid_T = pending >> offered_slot;
-  wire        _offer_valid_output = offered_valid & _offer_valid_T[0];
+  wire [15:0] _GEN_0 = {12'h0, offered_slot};
+  wire [15:0] _offer_valid_T = pending >> _GEN_0;
+  wire [15:0] _offer_valid_T_3 = leaving >> _GEN_0;
+  wire        _offer_valid_output = offered_valid & _offer_valid_T[0] & ~(_offer_valid_T_3[0]);
   wire [15:0] _offered_valid_T = pending >> before_slot;
-  wire        isDone = walks & gives & isAtEnd & ~has & ~comes & ~compares;
+  wire        stays = wants & ~ready;
+  wire        isDone = walks & isAtEnd & ~isThere & ~first_valid & ~second_valid & ~comes & ~compares;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       bank <= 1'h0;
       count <= 5'h0;
       walks <= 1'h0;
-      gives <= 1'h0;
-      has <= 1'h0;
+      isThere <= 1'h0;
+      first_valid <= 1'h0;
+      first_bits <= 4'h0;
+      second_valid <= 1'h0;
+      second_bits <= 4'h0;
       comes <= 1'h0;
       compares <= 1'h0;
       found <= 1'h0;
@@ -2276,18 +2283,23 @@ module SlotOrder(
           count <= count + 5'h1;
       end
       walks <= changed | ~isDone & walks;
-      gives <= ~changed & (walks | gives);
-      has <= ~changed & (walks ? takes | ~moves : has);
+      isThere <= ~changed & reads;
+      first_valid <= ~changed & (stays ? first_valid : second_valid | isThere);
+      if (~stays)
+        first_bits <= second_valid ? second_bits : _list_readData;
+      second_valid <= ~changed & (isThere & (stays | second_valid) | stays & second_valid);
+      if (isThere)
+        second_bits <= _list_readData;
       comes <= keeps & ~changed;
       compares <= comes & ~changed;
       found <= ~changed & (_GEN | found);
       if (changedNow)
-        waits <= 6'h27;
+        waits <= 6'h37;
       else if (changedLate) begin
-        if (waits == 6'h27)
-          waits <= 6'h26;
+        if (waits == 6'h37)
+          waits <= 6'h36;
         else
-          waits <= 6'h25;
+          waits <= 6'h35;
       end
       else if ((|(waits[5:1])) | due)
         waits <= waits - 6'h1;
@@ -2311,14 +2323,14 @@ module SlotOrder(
       at <= 5'h0;
       to <= 5'h0;
     end
-    else if (walks) begin
-      at <= _nextAt_T;
-      to <= to + {4'h0, keeps};
+    else begin
+      if (reads)
+        at <= at + 5'h1;
+      if (keeps)
+        to <= to + 5'h1;
     end
-    if (moves)
-      slot <= _list_readData;
     thisKey <= key;
-    thisSlot_REG <= slot;
+    thisSlot_REG <= first_bits;
     thisSlot <= thisSlot_REG;
     if (_GEN) begin
       bestKey <= thisKey;
@@ -2332,8 +2344,8 @@ module SlotOrder(
   end // always @(posedge)
   assign _list_write = _appended_output | keeps;
   assign _list_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign _list_writeData = _appended_output ? append_bits : slot;
-  assign _list_readAddress = {1'h0, bank, _nextAt_T[3:0]};
+  assign _list_writeData = _appended_output ? append_bits : first_bits;
+  assign _list_readAddress = {1'h0, bank, at[3:0]};
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
@@ -2348,7 +2360,7 @@ module SlotOrder(
   );
   assign appended = _appended_output;
   assign read_valid = wants;
-  assign read_bits = slot;
+  assign read_bits = first_bits;
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
@@ -2362,6 +2374,7 @@ module SlotStates(
   input  [3:0]  relay_ends_bits,
   input         relay_sent,
   input         relay_drops,
+  input         relay_holds,
   input         oneShot,
   input         request_valid,
   input  [3:0]  request_bits,
@@ -2375,6 +2388,7 @@ module SlotStates(
   input  [7:0]  evict,
   output [7:0]  held,
   output [15:0] pending,
+  output [15:0] leaving,
   output [15:0] sentAll,
   output [15:0] failedAll,
   output [3:0]  current,
@@ -2388,15 +2402,23 @@ module SlotStates(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
-  wire        isOnIt = onWire | takes_valid;
-  wire [15:0] one = 16'h1 << (relay_ends_valid ? relay_ends_bits : takes_valid ? takes_bits : last);
-  wire [15:0] onIt = isOnIt ? one : 16'h0;
-  reg         aborted_REG;
+  wire [15:0] _GEN = {12'h0, last};
+  reg  [15:0] leaves;
+  reg         isOver;
+  reg         isSent;
+  wire [15:0] one = 16'h1 << (relay_ends_valid ? relay_ends_bits : last);
+  wire        _doneOne_T = isOver | relay_ends_valid;
+  wire [15:0] doneOne = _doneOne_T ? one : 16'h0;
+  wire [15:0] gone =
+    (relay_holds ? 16'h0 : leaves & waits & ~(onWire | isOver | relay_ends_valid ? one : 16'h0) & ~relay_begun)
+    | (relay_drops ? waits & ~doneOne : 16'h0);
+  wire [15:0] _onBus_T_1 = 16'h1 << _GEN;
   reg         ended_REG;
-  wire        abortsIt = aborts & ~takes_valid | (|(abort & one));
-  wire [15:0] gone = (abort | {evict, 8'h0}) & waits & ~onIt & ~relay_begun | (relay_drops ? waits : 16'h0);
-  wire        _ended_T = ends & (sent | oneShot | abortsIt) | relay_ends_valid;
-  wire        isWell = relay_ends_valid ? relay_sent : sent;
+  wire        isOnIt = onWire | takes_valid;
+  wire [15:0] _abortsIt_T_4 = abort >> _GEN;
+  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
+  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
+  wire        isWell = relay_ends_valid ? relay_sent : isSent;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2405,30 +2427,34 @@ module SlotStates(
       badly <= 16'h0;
       onWire <= 1'h0;
       aborts <= 1'h0;
-      aborted_REG <= 1'h0;
+      leaves <= 16'h0;
+      isOver <= 1'h0;
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~gone & ~(_ended_T ? one : 16'h0) | requestOne;
-      well <= well & ~clearSent & ~requestOne | (isWell & _ended_T ? one : 16'h0);
-      badly <= badly & ~clearFailed & ~requestOne | gone | (isWell | ~_ended_T ? 16'h0 : one);
-      onWire <= isOnIt & ~ends;
+      waits <= waits & ~gone & ~doneOne | requestOne;
+      well <= well & ~clearSent & ~requestOne | (isWell & _doneOne_T ? one : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | gone | (isWell | ~_doneOne_T ? 16'h0 : one);
+      onWire <= isOnIt & ~ends & ~relay_drops;
       aborts <= isOnIt & ~ends & abortsIt;
-      aborted_REG <= |gone;
-      ended_REG <= _ended_T;
+      leaves <= abort | {evict, 8'h0};
+      isOver <= isOnIt & ends & (sent | oneShot | abortsIt) & ~relay_drops;
+      ended_REG <= relay_ends_valid;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    isSent <= sent;
   end // always @(posedge)
-  assign held = onIt[15:8] | relay_begun[15:8];
+  assign held = (onWire ? _onBus_T_1[15:8] : 8'h0) | relay_begun[15:8];
   assign pending = waits;
+  assign leaving = leaves;
   assign sentAll = well;
   assign failedAll = badly;
   assign current = last;
-  assign aborted = aborted_REG;
-  assign ended = ended_REG;
+  assign aborted = |gone;
+  assign ended = isOver | ended_REG;
 endmodule
 
 module WordCounters(
@@ -3265,6 +3291,7 @@ module CanPort(
   input  [3:0]  relay_slots_ends_bits,
   input         relay_slots_sent,
   input         relay_slots_drops,
+  input         relay_slots_holds,
   input         relay_stamp_valid,
   input  [3:0]  relay_stamp_bits,
   input  [15:0] relay_time,
@@ -3391,6 +3418,7 @@ module CanPort(
   wire        _states_aborted;
   wire        _states_ended;
   wire [15:0] _order_pending;
+  wire [15:0] _order_leaving;
   wire        _order_changedNow;
   wire        _order_changedLate;
   wire        _order_append_valid;
@@ -3494,6 +3522,7 @@ module CanPort(
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
   wire        bridgeFrom_ready_0 = ~host_req | _front_host_ack;
+  reg  [15:0] relay_abort_REG;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       mode_recoverItself <= 1'h0;
@@ -3508,6 +3537,7 @@ module CanPort(
       valid <= 1'h0;
       events_state_REG <= 2'h0;
       events_state_REG_1 <= 1'h0;
+      relay_abort_REG <= 16'h0;
     end
     else begin
       mode_recoverItself <= _front_control_recoverItself;
@@ -3523,6 +3553,7 @@ module CanPort(
       valid <= _engine_events_received | ~accepted & valid;
       events_state_REG <= state;
       events_state_REG_1 <= _engine_warning;
+      relay_abort_REG <= _front_orders_abort;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
@@ -3656,6 +3687,7 @@ module CanPort(
     .clock          (clock),
     .reset          (reset),
     .pending        (_order_pending),
+    .leaving        (_order_leaving),
     .changedNow     (_order_changedNow),
     .changedLate    (_order_changedLate),
     .append_valid   (_order_append_valid),
@@ -3680,6 +3712,7 @@ module CanPort(
     .relay_ends_bits  (relay_slots_ends_bits),
     .relay_sent       (relay_slots_sent),
     .relay_drops      (relay_slots_drops),
+    .relay_holds      (relay_slots_holds),
     .oneShot          (_states_oneShot),
     .request_valid    (_states_request_valid),
     .request_bits     (append_bits),
@@ -3693,6 +3726,7 @@ module CanPort(
     .evict            (bridgeInto_evict),
     .held             (bridgeInto_held),
     .pending          (_states_pending),
+    .leaving          (_order_leaving),
     .sentAll          (_states_sentAll),
     .failedAll        (_states_failedAll),
     .current          (_states_current),
@@ -3910,7 +3944,7 @@ module CanPort(
   assign relay_append_valid = append_valid & relay_on;
   assign relay_append_bits = append_bits;
   assign relay_pending = _states_pending;
-  assign relay_abort = _front_orders_abort;
+  assign relay_abort = relay_abort_REG;
   assign relay_oneShot = _front_control_oneShot;
   assign relay_stamped = _memory_done[1];
   assign relay_orderReady = _memory_orderReady;
@@ -4613,6 +4647,7 @@ module SlotStates_1(
   input  [7:0]  evict,
   output [7:0]  held,
   output [15:0] pending,
+  output [15:0] leaving,
   output [15:0] sentAll,
   output [15:0] failedAll,
   output [3:0]  current,
@@ -4626,14 +4661,17 @@ module SlotStates_1(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
+  wire [15:0] _GEN = {12'h0, last};
+  reg  [15:0] leaves;
+  reg         isOver;
+  reg         isSent;
+  wire [15:0] one = 16'h1 << _GEN;
+  wire [15:0] mayGo = leaves & waits & ~(onWire | isOver ? one : 16'h0);
+  wire [15:0] _onBus_T_1 = 16'h1 << _GEN;
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] one = 16'h1 << (takes_valid ? takes_bits : last);
-  wire [15:0] onIt = isOnIt ? one : 16'h0;
-  reg         aborted_REG;
-  reg         ended_REG;
-  wire        abortsIt = aborts & ~takes_valid | (|(abort & one));
-  wire        over = ends & (sent | oneShot | abortsIt);
-  wire [15:0] mayGo = (abort | {evict, 8'h0}) & waits & ~onIt;
+  wire [15:0] _abortsIt_T_4 = abort >> _GEN;
+  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
+  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -4642,30 +4680,32 @@ module SlotStates_1(
       badly <= 16'h0;
       onWire <= 1'h0;
       aborts <= 1'h0;
-      aborted_REG <= 1'h0;
-      ended_REG <= 1'h0;
+      leaves <= 16'h0;
+      isOver <= 1'h0;
     end
     else begin
-      waits <= waits & ~mayGo & ~(over ? one : 16'h0) | requestOne;
-      well <= well & ~clearSent & ~requestOne | (sent & over ? one : 16'h0);
-      badly <= badly & ~clearFailed & ~requestOne | mayGo | (sent | ~over ? 16'h0 : one);
+      waits <= waits & ~mayGo & ~(isOver ? one : 16'h0) | requestOne;
+      well <= well & ~clearSent & ~requestOne | (isSent & isOver ? one : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | mayGo | (isSent | ~isOver ? 16'h0 : one);
       onWire <= isOnIt & ~ends;
       aborts <= isOnIt & ~ends & abortsIt;
-      aborted_REG <= |mayGo;
-      ended_REG <= over;
+      leaves <= abort | {evict, 8'h0};
+      isOver <= isOnIt & ends & (sent | oneShot | abortsIt);
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    isSent <= sent;
   end // always @(posedge)
-  assign held = onIt[15:8];
+  assign held = onWire ? _onBus_T_1[15:8] : 8'h0;
   assign pending = waits;
+  assign leaving = leaves;
   assign sentAll = well;
   assign failedAll = badly;
   assign current = last;
-  assign aborted = aborted_REG;
-  assign ended = ended_REG;
+  assign aborted = |mayGo;
+  assign ended = isOver;
 endmodule
 
 module PortMemory_1(
@@ -5113,6 +5153,7 @@ module CanPort_1(
   wire        _states_aborted;
   wire        _states_ended;
   wire [15:0] _order_pending;
+  wire [15:0] _order_leaving;
   wire        _order_changedNow;
   wire        _order_changedLate;
   wire        _order_append_valid;
@@ -5373,6 +5414,7 @@ module CanPort_1(
     .clock          (clock),
     .reset          (reset),
     .pending        (_order_pending),
+    .leaving        (_order_leaving),
     .changedNow     (_order_changedNow),
     .changedLate    (_order_changedLate),
     .append_valid   (_order_append_valid),
@@ -5404,6 +5446,7 @@ module CanPort_1(
     .evict         (bridgeInto_evict),
     .held          (bridgeInto_held),
     .pending       (_states_pending),
+    .leaving       (_order_leaving),
     .sentAll       (_states_sentAll),
     .failedAll     (_states_failedAll),
     .current       (_states_current),
@@ -5584,9 +5627,10 @@ endmodule
 module LinkBits(
   input        clock,
   input        reset,
-  input  [7:0] setting_bit,
+  input  [7:0] setting_last,
   input  [7:0] setting_sample,
   input  [5:0] setting_jump,
+  input  [7:0] setting_late,
   input        restart,
   input        heard,
   input        hard,
@@ -5594,34 +5638,32 @@ module LinkBits(
   output       sample_bits
 );
 
-  reg  [7:0] cycleReg;
-  reg        behindReg;
+  reg  [7:0] cycle;
+  reg        behind;
   reg        beforeReg;
   reg        lastReg;
   reg        synchronisedReg;
-  wire [7:0] cycle = restart ? 8'h0 : cycleReg;
-  wire       behind = behindReg & ~restart;
   wire       edge_0 = (restart | beforeReg & lastReg & ~synchronisedReg) & ~heard;
-  wire       samples = ~edge_0 & ~behind & cycle == setting_sample;
-  wire [9:0] _jumped_T_4 = {1'h0, cycle, 1'h1} + {behind ? {3'h0, setting_jump} : {3'h7, ~setting_jump}, ~behind};
-  wire       _behindReg_T_3 =
-    hard | (behind ? _jumped_T_4[9:1] >= {1'h0, setting_bit} : _jumped_T_4[9] | _jumped_T_4[9:1] == 9'h0);
-  wire [7:0] place = edge_0 ? (_behindReg_T_3 ? 8'h0 : _jumped_T_4[8:1]) : cycle;
-  wire       isLast = place == setting_bit - 8'h1;
+  wire       samples = ~edge_0 & ~restart & ~behind & cycle == setting_sample;
+  wire [7:0] _GEN = {2'h0, setting_jump};
+  wire       isStart = restart | edge_0 & (hard | (behind ? cycle >= setting_late : cycle <= _GEN));
+  wire [8:0] _jumped_T_5 = {cycle, 1'h1} + {behind ? _GEN : {2'h3, ~setting_jump}, ~behind};
+  wire [7:0] _cycle_T = edge_0 ? _jumped_T_5[8:1] : cycle;
+  wire       isLast = ~isStart & _cycle_T == setting_last;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
-      cycleReg <= 8'h0;
-      behindReg <= 1'h0;
+      cycle <= 8'h0;
+      behind <= 1'h0;
       beforeReg <= 1'h1;
       lastReg <= 1'h1;
       synchronisedReg <= 1'h0;
     end
     else begin
       if (isLast)
-        cycleReg <= 8'h0;
+        cycle <= 8'h0;
       else
-        cycleReg <= place + 8'h1;
-      behindReg <= (behind | samples) & ~isLast & ~(edge_0 & _behindReg_T_3);
+        cycle <= (isStart ? 8'h0 : _cycle_T) + 8'h1;
+      behind <= (behind | samples) & ~isLast & ~isStart;
       beforeReg <= heard;
       if (samples)
         lastReg <= heard;
@@ -5788,9 +5830,10 @@ endmodule
 module LinkInput(
   input         clock,
   input         reset,
-  input  [7:0]  setting_bit,
+  input  [7:0]  setting_last,
   input  [7:0]  setting_sample,
   input  [5:0]  setting_jump,
+  input  [7:0]  setting_late,
   input         renew,
   input         restart,
   input         tick,
@@ -5893,9 +5936,10 @@ module LinkInput(
   LinkBits bits (
     .clock          (clock),
     .reset          (reset),
-    .setting_bit    (setting_bit),
+    .setting_last   (setting_last),
     .setting_sample (setting_sample),
     .setting_jump   (setting_jump),
+    .setting_late   (setting_late),
     .restart        (_bits_restart),
     .heard          (heard),
     .hard           (_bits_hard),
@@ -6101,6 +6145,7 @@ module TransitLists(
   input  [31:0] order,
   output        isBefore,
   input         take,
+  output [3:0]  first,
   output [3:0]  slot,
   output [3:0]  leaving_0,
   output [3:0]  leaving_1,
@@ -6109,7 +6154,6 @@ module TransitLists(
 );
 
   wire [3:0]  offset;
-  wire        _isBefore_output;
   wire        _ram_write;
   wire [5:0]  _ram_writeAddress;
   wire [35:0] _ram_writeData;
@@ -6138,17 +6182,22 @@ module TransitLists(
   reg  [3:0]  seenAt;
   wire [3:0]  _GEN = of ? knowns_1 : knowns_0;
   wire        isKnown = seenAt < _GEN;
-  wire        shifts = sees & (moves | ~isKnown | _isBefore_output);
-  assign _isBefore_output = held_key < _ram_readData[31:0];
+  wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, _ram_readData[31:0]};
+  wire        shifts = sees & (moves | ~isKnown | _isLess_T_1[32]);
   wire        _GEN_0 = ranks | removes;
   wire [3:0]  _size_output = out ? sizes_1 : sizes_0;
   wire [3:0]  _known_output = out ? knowns_1 : knowns_0;
-  wire [3:0]  _GEN_1 = out ? firsts_1 : firsts_0;
+  reg         outThen;
+  reg  [3:0]  sizeThen;
+  reg  [3:0]  knownThen;
+  reg  [3:0]  first_REG;
+  reg         isBefore_REG;
+  wire [3:0]  _GEN_1 = outThen ? firsts_1 : firsts_0;
   wire        readOf = looks_valid ? looks_bits : asks | removes ? out : of;
   wire [3:0]  _readPlace_T = (readOf ? firsts_1 : firsts_0) + offset;
   assign offset = removes ? _size_output - 4'h1 : asks ? _size_output : looks_valid ? 4'h0 : index;
   reg  [3:0]  seenPlace;
-  wire        isFree = writing[5] & ~shifts & ~take;
+  wire        isFree = writing[5] & ~sees & ~take;
   wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
   wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
   wire        ends = sees & _ram_readData[35:32] == sought;
@@ -6157,11 +6206,11 @@ module TransitLists(
   wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
   wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
   wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
-  wire        _GEN_3 = take & ~out;
-  wire        _GEN_4 = take & out;
-  wire [3:0]  _firsts_T = _GEN_1 + 4'h1;
-  wire [3:0]  _sizes_T_4 = _size_output - 4'h1;
-  wire [3:0]  _knowns_T_6 = _known_output - {3'h0, |_known_output};
+  wire        _GEN_3 = take & ~outThen;
+  wire        _GEN_4 = take & outThen;
+  wire [3:0]  _firsts_T_2 = _GEN_1 + 4'h1;
+  wire [3:0]  _sizes_T_4 = sizeThen - 4'h1;
+  wire [3:0]  _knowns_T_6 = knownThen - {3'h0, |knownThen};
   wire        _GEN_5 = _GEN_2 & ~of;
   wire        _GEN_6 = _GEN_2 & of;
   always @(posedge clock or posedge reset) begin
@@ -6180,12 +6229,12 @@ module TransitLists(
     end
     else begin
       if (_GEN_3) begin
-        firsts_0 <= _firsts_T;
-        leavings_0 <= _ram_readData[35:32];
+        firsts_0 <= _firsts_T_2;
+        leavings_0 <= first_REG;
       end
       if (_GEN_4) begin
-        firsts_1 <= _firsts_T;
-        leavings_1 <= _ram_readData[35:32];
+        firsts_1 <= _firsts_T_2;
+        leavings_1 <= first_REG;
       end
       if (drop_0) begin
         sizes_0 <= 4'h0;
@@ -6265,16 +6314,21 @@ module TransitLists(
     end
     isCounted <= ~(drop_1 | drop_0) & (_GEN_0 | isCounted);
     seenAt <= offset;
+    outThen <= out;
+    sizeThen <= _size_output;
+    knownThen <= _known_output;
+    first_REG <= _ram_readData[35:32];
+    isBefore_REG <= _isLess_T_1[32];
     seenPlace <= _readPlace_T;
   end // always @(posedge)
-  assign _ram_write = ~isFree | names_0_valid | names_1_valid;
+  assign _ram_write = sees ? shifts : ~isFree | names_0_valid | names_1_valid;
   assign _ram_writeAddress =
     isFree
       ? {1'h1, ~names_0_valid, 4'h0}
-      : {1'h0, shifts ? {of, seenPlace} : take ? {out, _GEN_1 ^ 4'h8} : writing[4:0]};
+      : {1'h0, sees ? {of, seenPlace} : take ? {outThen, _GEN_1 ^ 4'h8} : writing[4:0]};
   assign _ram_writeData =
-    {shifts ? held_slot : take ? (out ? leavings_1 : leavings_0) : writing[3:0],
-     shifts
+    {sees ? held_slot : take ? (outThen ? leavings_1 : leavings_0) : writing[3:0],
+     sees
        ? held_key
        : (names_0_valid ? names_0_bits_isExtended : names_1_bits_isExtended)
            ? {named_identifier[28:18], 2'h3, named_identifier[17:0], named_isRemote}
@@ -6296,7 +6350,8 @@ module TransitLists(
   assign taken_1 = isFree & names_1_valid & ~names_0_valid;
   assign size = _size_output;
   assign known = _known_output;
-  assign isBefore = _isBefore_output;
+  assign isBefore = isBefore_REG;
+  assign first = first_REG;
   assign slot = _ram_readData[35:32];
   assign leaving_0 = leavings_0;
   assign leaving_1 = leavings_1;
@@ -6488,6 +6543,7 @@ module PassingOn(
   wire [3:0]  _lists_size;
   wire [3:0]  _lists_known;
   wire        _lists_isBefore;
+  wire [3:0]  _lists_first;
   wire [3:0]  _lists_slot;
   wire [3:0]  _lists_leaving_0;
   wire [3:0]  _lists_leaving_1;
@@ -6541,19 +6597,20 @@ module PassingOn(
   wire        _inputs_0_byte_valid;
   wire [7:0]  _inputs_0_byte_bits;
   wire [4:0]  _inputs_0_index;
-  reg  [7:0]  cycle;
+  reg  [7:0]  setting_setting_last_REG;
+  reg  [7:0]  setting_setting_sample_REG;
+  reg  [5:0]  setting_setting_jump_REG;
+  reg  [7:0]  setting_setting_late_REG;
   reg  [7:0]  renew_REG;
-  wire        renew = bitCycles != renew_REG;
+  reg         renew;
+  reg  [7:0]  cycle;
   wire        isFirst = renew | cycle == 8'h0;
-  wire [7:0]  place = bitCycles == renew_REG ? cycle : 8'h0;
   reg         upReg_0;
   reg         upReg_1;
   wire        upNow_0 = isFirst ? up_0 : upReg_0;
   wire        upNow_1 = isFirst ? up_1 : upReg_1;
-  wire        _tick_output = place == bitCycles - 8'h1;
+  wire        _tick_output = ~renew & cycle == setting_setting_last_REG;
   reg  [4:0]  phase;
-  reg  [7:0]  setting_setting_sample_REG;
-  reg  [5:0]  setting_setting_jump_REG;
   reg         isUpReg_0;
   reg         isUpReg_1;
   reg         wasUp_0;
@@ -6585,7 +6642,7 @@ module PassingOn(
   wire        _GEN_11 = _GEN_6 & _GEN_10;
   wire        _GEN_12 = _GEN_10 | _GEN_8;
   wire        _GEN_13 = _GEN_6 & _GEN_12;
-  wire        second = phase > 5'hB;
+  reg         second;
   wire        report_header = second ? _inputs_1_report_header : _inputs_0_report_header;
   wire        report_identified = second ? _inputs_1_report_identified : _inputs_0_report_identified;
   wire        report_bad = second ? _inputs_1_report_bad : _inputs_0_report_bad;
@@ -6598,9 +6655,10 @@ module PassingOn(
   wire        _tells_T_1 = phase == 5'hD;
   wire        _GEN_14 = second ? passes_1 : passes_0;
   wire        _GEN_15 = second ? waits_1 : waits_0;
+  reg         isFull;
   wire        _canPass_T = report_header & on;
   wire        _GEN_16 = (_tells_T | _tells_T_1) & _canPass_T & ~(second ? _inputs_1_isOwn : _inputs_0_isOwn);
-  wire        _GEN_17 = (second ? _inputs_1_isLast : _inputs_0_isLast) | _lists_size == 4'h8;
+  wire        _GEN_17 = (second ? _inputs_1_isLast : _inputs_0_isLast) | isFull;
   wire        _GEN_18 = _GEN_16 & ~_GEN_17;
   wire        _wraps_1_T = to == second;
   wire [4:0]  _target_1_T = {to, _lists_slot};
@@ -6608,101 +6666,41 @@ module PassingOn(
   wire        _GEN_20 = report_good & comes_0;
   wire        _GEN_21 = _tells_T_1 & report_bad & _GEN_10;
   wire        _GEN_22 = report_good & comes_1;
-  wire        last = phase == 5'h18;
-  wire        isOwnNext =
-    (last ? offer_1 : offer_0) & ~(|(_lists_size[3:2])) & (_lists_known == 4'h0 | _lists_isBefore);
-  wire        goes =
-    on & (last ? isUpReg_1 : isUpReg_0) & (isOwnNext | (|_lists_size))
-    & (last ? _senders_1_quiet : _senders_0_quiet) >= (isOwnNext ? 5'h10 : {1'h0, (|(_lists_size[3:2])) ? 4'h7 : 4'h8});
-  wire        _decides_0_T = phase == 5'h17;
-  wire        _GEN_23 = _decides_0_T & goes;
+  wire        looks_0 = phase == 5'h15;
+  wire        looks_1 = phase == 5'h16;
+  reg         asked_0;
+  reg         asked_1;
+  reg         begin_0;
+  reg         begin_1;
+  reg         mayOwn;
+  reg         wants;
+  reg         noName;
+  reg         mayPass;
+  wire        isOwnNext = wants & (noName | _lists_isBefore);
+  wire        goes = on & (isOwnNext ? mayOwn : mayPass);
+  wire        _GEN_23 = begin_0 & goes;
   wire        _GEN_24 = _GEN_23 & isOwnNext;
-  wire [8:0]  _GEN_25 = {5'h0, _lists_slot};
+  wire [8:0]  _GEN_25 = {5'h0, _lists_first};
   wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _GEN_25;
-  wire        _GEN_26 = last & goes;
+  wire        _GEN_26 = begin_1 & goes;
   wire        _GEN_27 = _GEN_26 & isOwnNext;
   wire        _GEN_28 = _GEN_26 ? ~isOwnNext : _GEN_23 & ~isOwnNext;
   wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_25;
   wire        _GEN_29 = ~on | _GEN;
   wire        _GEN_30 = ~on | _GEN_6;
-  wire        _GEN_31 = ~_GEN & comes_0;
-  wire        _GEN_32 = _GEN & ~(target_0[4]);
-  wire        _GEN_33 = _GEN & ~(target_1[4]);
-  wire        _GEN_34 = ~_GEN_6 & comes_1;
-  wire        _GEN_35 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
-  wire        _GEN_36 = _GEN_6 | _GEN & _GEN_3;
-  wire        _GEN_37 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
-  wire        _GEN_38 = _GEN_6 ? ~(target_0[4] | _GEN_32) & waits_0 : ~_GEN_32 & waits_0;
-  wire        _GEN_39 = ~(_GEN_6 | _GEN_33) & passes_1;
-  wire        _GEN_40 = _GEN_6 ? ~(target_1[4] | _GEN_33) & waits_1 : ~_GEN_33 & waits_1;
-  wire        _GEN_41 = report_bad | report_good;
-  wire        _GEN_42 = _tells_T & report_bad & _GEN_1;
-  wire        _GEN_43 = _GEN_20 | report_bad;
-  wire        _GEN_44 = _GEN_22 | report_bad;
-  wire [4:0]  _GEN_45 = {last, _lists_slot};
-  always @(posedge clock or posedge reset) begin
-    if (reset) begin
-      cycle <= 8'h0;
-      renew_REG <= 8'h0;
-      upReg_0 <= 1'h0;
-      upReg_1 <= 1'h0;
-      phase <= 5'h19;
-      isUpReg_0 <= 1'h0;
-      isUpReg_1 <= 1'h0;
-      comes_0 <= 1'h0;
-      comes_1 <= 1'h0;
-      passes_0 <= 1'h0;
-      passes_1 <= 1'h0;
-      waits_0 <= 1'h0;
-      waits_1 <= 1'h0;
-      leaves_0 <= 1'h0;
-      leaves_1 <= 1'h0;
-    end
-    else begin
-      if (_tick_output) begin
-        cycle <= 8'h0;
-        phase <= 5'h1;
-      end
-      else begin
-        cycle <= place + 8'h1;
-        if (~(phase == 5'h19))
-          phase <= phase + 5'h1;
-      end
-      renew_REG <= bitCycles;
-      if (isFirst) begin
-        upReg_0 <= up_0;
-        upReg_1 <= up_1;
-      end
-      if (_GEN)
-        isUpReg_0 <= wasUp_0;
-      if (_GEN_6)
-        isUpReg_1 <= wasUp_1;
-      comes_0 <= on & (_tells_T ? ~_GEN_43 & (_canPass_T | _GEN_31) : _GEN_31);
-      comes_1 <= on & (_tells_T_1 ? ~_GEN_44 & (_canPass_T | _GEN_34) : _GEN_34);
-      passes_0 <= on & (_tells_T ? ~_GEN_43 & (_GEN_18 | _GEN_37) : _GEN_37);
-      passes_1 <= on & (_tells_T_1 ? ~_GEN_44 & (_GEN_18 | _GEN_39) : _GEN_39);
-      waits_0 <=
-        ~(~on | _GEN_28 & target_0 == _GEN_45) & (_tells_T ? _GEN_18 | ~(_GEN_41 | ~passes_0) & _GEN_38 : _GEN_38);
-      waits_1 <=
-        ~(~on | _GEN_28 & target_1 == _GEN_45) & (_tells_T_1 ? _GEN_18 | ~(_GEN_41 | ~passes_1) & _GEN_40 : _GEN_40);
-      leaves_0 <=
-        on & (_GEN_23 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_8 | _GEN_42) & _GEN_35 : ~_GEN_42 & _GEN_35);
-      leaves_1 <=
-        on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_36) & leaves_1 : ~_GEN_36 & leaves_1));
-    end
-  end // always @(posedge, posedge)
-  wire [15:0] _GEN_46 = {12'h0, _lists_slot};
+  wire [9:0]  _setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
+  wire [15:0] _GEN_31 = {12'h0, _lists_slot};
+  wire [4:0]  silent = asked_1 ? _senders_1_quiet : _senders_0_quiet;
+  wire        isUpThen = asked_1 ? isUpReg_1 : isUpReg_0;
   wire [13:0] _setting_setting_sample_T_3 = {1'h0, bitCycles, 5'h0} + {3'h0, bitCycles, 3'h0} + {6'h0, bitCycles};
-  wire [9:0]  _setting_setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
-  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_46;
-  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_46;
+  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_31;
+  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_31;
   always @(posedge clock) begin
+    setting_setting_last_REG <= bitCycles - 8'h1;
     setting_setting_sample_REG <= _setting_setting_sample_T_3[13:6];
-    setting_setting_jump_REG <= _setting_setting_jump_T_1[9:4];
-    if (_tick_output) begin
-      wasUp_0 <= upNow_0;
-      wasUp_1 <= upNow_1;
-    end
+    setting_setting_jump_REG <= _setting_jump_T_1[9:4];
+    setting_setting_late_REG <= bitCycles - {2'h0, _setting_jump_T_1[9:4]};
+    renew_REG <= bitCycles;
     if (_tells_T & _GEN_18)
       target_0 <= _target_1_T;
     if (_tells_T_1 & _GEN_18)
@@ -6715,15 +6713,100 @@ module PassingOn(
     end
     else
       wraps_1 <= _wraps_1_T ? wraps_1 | _wraps_1_T_1[8:0] : ~(~wraps_1 | _wraps_1_T_1[8:0]);
+    second <= phase > 5'hA;
+    isFull <= _lists_size == 4'h8;
+    mayOwn <= isUpThen & silent[4];
+    wants <= (asked_1 ? offer_1 : offer_0) & ~(|(_lists_size[3:2]));
+    noName <= _lists_known == 4'h0;
+    mayPass <= isUpThen & (|_lists_size) & ((|(_lists_size[3:2])) ? silent > 5'h6 : (|(silent[4:3])));
   end // always @(posedge)
+  wire        _GEN_32 = ~_GEN & comes_0;
+  wire        _GEN_33 = _GEN & ~(target_0[4]);
+  wire        _GEN_34 = _GEN & ~(target_1[4]);
+  wire        _GEN_35 = ~_GEN_6 & comes_1;
+  wire        _GEN_36 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
+  wire        _GEN_37 = _GEN_6 | _GEN & _GEN_3;
+  wire        _GEN_38 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
+  wire        _GEN_39 = _GEN_6 ? ~(target_0[4] | _GEN_33) & waits_0 : ~_GEN_33 & waits_0;
+  wire        _GEN_40 = ~(_GEN_6 | _GEN_34) & passes_1;
+  wire        _GEN_41 = _GEN_6 ? ~(target_1[4] | _GEN_34) & waits_1 : ~_GEN_34 & waits_1;
+  wire        _GEN_42 = report_bad | report_good;
+  wire        _GEN_43 = _tells_T & report_bad & _GEN_1;
+  wire        _GEN_44 = _GEN_20 | report_bad;
+  wire        _GEN_45 = _GEN_22 | report_bad;
+  wire [4:0]  _GEN_46 = {begin_1, _lists_first};
+  always @(posedge clock or posedge reset) begin
+    if (reset) begin
+      renew <= 1'h0;
+      cycle <= 8'h0;
+      upReg_0 <= 1'h0;
+      upReg_1 <= 1'h0;
+      phase <= 5'h19;
+      isUpReg_0 <= 1'h0;
+      isUpReg_1 <= 1'h0;
+      wasUp_0 <= 1'h0;
+      wasUp_1 <= 1'h0;
+      comes_0 <= 1'h0;
+      comes_1 <= 1'h0;
+      passes_0 <= 1'h0;
+      passes_1 <= 1'h0;
+      waits_0 <= 1'h0;
+      waits_1 <= 1'h0;
+      leaves_0 <= 1'h0;
+      leaves_1 <= 1'h0;
+      asked_0 <= 1'h0;
+      asked_1 <= 1'h0;
+      begin_0 <= 1'h0;
+      begin_1 <= 1'h0;
+    end
+    else begin
+      renew <= bitCycles != renew_REG;
+      if (_tick_output) begin
+        cycle <= 8'h0;
+        phase <= 5'h1;
+        wasUp_0 <= upNow_0;
+        wasUp_1 <= upNow_1;
+      end
+      else begin
+        cycle <= (renew ? 8'h0 : cycle) + 8'h1;
+        if (~(phase == 5'h19))
+          phase <= phase + 5'h1;
+      end
+      if (isFirst) begin
+        upReg_0 <= up_0;
+        upReg_1 <= up_1;
+      end
+      if (_GEN)
+        isUpReg_0 <= wasUp_0;
+      if (_GEN_6)
+        isUpReg_1 <= wasUp_1;
+      comes_0 <= on & (_tells_T ? ~_GEN_44 & (_canPass_T | _GEN_32) : _GEN_32);
+      comes_1 <= on & (_tells_T_1 ? ~_GEN_45 & (_canPass_T | _GEN_35) : _GEN_35);
+      passes_0 <= on & (_tells_T ? ~_GEN_44 & (_GEN_18 | _GEN_38) : _GEN_38);
+      passes_1 <= on & (_tells_T_1 ? ~_GEN_45 & (_GEN_18 | _GEN_40) : _GEN_40);
+      waits_0 <=
+        ~(~on | _GEN_28 & target_0 == _GEN_46) & (_tells_T ? _GEN_18 | ~(_GEN_42 | ~passes_0) & _GEN_39 : _GEN_39);
+      waits_1 <=
+        ~(~on | _GEN_28 & target_1 == _GEN_46) & (_tells_T_1 ? _GEN_18 | ~(_GEN_42 | ~passes_1) & _GEN_41 : _GEN_41);
+      leaves_0 <=
+        on & (_GEN_23 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_8 | _GEN_43) & _GEN_36 : ~_GEN_43 & _GEN_36);
+      leaves_1 <=
+        on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_37) & leaves_1 : ~_GEN_37 & leaves_1));
+      asked_0 <= looks_0;
+      asked_1 <= looks_1;
+      begin_0 <= asked_0;
+      begin_1 <= asked_1;
+    end
+  end // always @(posedge, posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
   assign _inputs_0_heard = heard_0 | ~upNow_0;
   LinkInput inputs_0 (
     .clock                 (clock),
     .reset                 (reset),
-    .setting_bit           (bitCycles),
+    .setting_last          (setting_setting_last_REG),
     .setting_sample        (setting_setting_sample_REG),
     .setting_jump          (setting_setting_jump_REG),
+    .setting_late          (setting_setting_late_REG),
     .renew                 (renew),
     .restart               (_inputs_0_restart),
     .tick                  (_tick_output),
@@ -6754,9 +6837,10 @@ module PassingOn(
   LinkInput inputs_1 (
     .clock                 (clock),
     .reset                 (reset),
-    .setting_bit           (bitCycles),
+    .setting_last          (setting_setting_last_REG),
     .setting_sample        (setting_setting_sample_REG),
     .setting_jump          (setting_setting_jump_REG),
+    .setting_late          (setting_setting_late_REG),
     .renew                 (renew),
     .restart               (_inputs_1_restart),
     .tick                  (_tick_output),
@@ -6820,12 +6904,12 @@ module PassingOn(
     .byte_valid  (_senders_1_byte_valid),
     .byte_bits   (_senders_1_byte_bits)
   );
-  assign _lists_out = phase > 5'h16 ? last : to;
+  assign _lists_out = asked_0 | asked_1 ? asked_1 : to;
   assign _lists_asks = asks & report_header;
   assign _lists_ranks = asks & report_identified & ~report_bad & _GEN_14 & _GEN_15;
   assign _lists_removes = asks & _GEN_15 & (~_GEN_14 | report_bad);
   assign _lists_it = meant[3:0];
-  assign _lists_looks_valid = phase == 5'h16 | _decides_0_T;
+  assign _lists_looks_valid = looks_0 | looks_1;
   TransitLists lists (
     .clock                   (clock),
     .reset                   (reset),
@@ -6849,10 +6933,11 @@ module PassingOn(
     .removes                 (_lists_removes),
     .it                      (_lists_it),
     .looks_valid             (_lists_looks_valid),
-    .looks_bits              (_decides_0_T),
+    .looks_bits              (looks_1),
     .order                   (order),
     .isBefore                (_lists_isBefore),
     .take                    (_GEN_28),
+    .first                   (_lists_first),
     .slot                    (_lists_slot),
     .leaving_0               (_lists_leaving_0),
     .leaving_1               (_lists_leaving_1),
@@ -6896,8 +6981,8 @@ module PassingOn(
     .data            (_store_data)
   );
   assign tick = _tick_output;
-  assign isUp_0 = isUpReg_0;
-  assign isUp_1 = isUpReg_1;
+  assign isUp_0 = wasUp_0;
+  assign isUp_1 = wasUp_1;
   assign begins_0 = _GEN_24;
   assign begins_1 = _GEN_27;
   assign fetch_0_valid = _senders_0_fetch_valid & _senders_0_isOwn;
@@ -6931,6 +7016,8 @@ module SlotList(
   output        entry_bits_sameAsNext,
   input         keeps,
   output [3:0]  coming,
+  output        next_valid,
+  output [3:0]  next_bits,
   input         append_valid,
   input  [3:0]  append_bits,
   output        appended,
@@ -6942,6 +7029,7 @@ module SlotList(
   output [31:0] looked
 );
 
+  wire        _ram_write;
   wire [5:0]  _ram_writeAddress;
   wire [35:0] _ram_writeData;
   wire [5:0]  _ram_readAddress;
@@ -6951,15 +7039,17 @@ module SlotList(
   reg         walks;
   reg  [4:0]  at;
   reg  [4:0]  to;
-  wire        _ram_io_readAddress_T = walk | walks;
-  wire        reads = _ram_io_readAddress_T & at != count;
+  wire        reads = (walk | walks) & at != count;
   reg         comes;
   reg  [3:0]  comesAt;
   reg         passes;
   reg  [31:0] passing_key;
   reg  [3:0]  passing_slot;
   reg  [3:0]  passingAt;
-  wire [30:0] _entry_bits_sameAsNext_T = passing_key[31:1] ^ _ram_readData[35:5];
+  reg         entry_valid_REG;
+  reg  [3:0]  entry_bits_slot_REG;
+  reg  [3:0]  entry_bits_place_REG;
+  reg         entry_bits_sameAsNext_REG;
   reg  [31:0] held_key;
   reg  [3:0]  held_slot;
   reg         isAsked;
@@ -6967,12 +7057,12 @@ module SlotList(
   reg         joins;
   reg         isIn;
   wire        _read_valid_output = append_valid & ~isAsked & ~isHeld;
-  wire        isOver = walks & ~reads & ~comes & ~passes;
-  wire        first = joins & (isIn | held_key < passing_key);
-  wire        _ram_io_write_T = passes & keeps;
-  wire        _appended_output = isOver & joins;
-  wire        _ram_io_write_T_1 = _ram_io_write_T | _appended_output;
-  wire        _ram_io_writeData_T = first | isOver;
+  wire        isOver = walks & ~reads & ~comes & ~passes & ~entry_valid_REG;
+  wire        isKept = entry_valid_REG & keeps;
+  wire        first = joins & ~isIn & passes & held_key < passing_key;
+  wire        isLast = joins & ~isIn & isOver;
+  wire [4:0]  _behind_T = to + 5'h1;
+  wire        _ram_io_writeData_T_1 = isIn | first | isLast;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       bank <= 1'h0;
@@ -6982,14 +7072,16 @@ module SlotList(
       to <= 5'h0;
       comes <= 1'h0;
       passes <= 1'h0;
+      entry_valid_REG <= 1'h0;
       isAsked <= 1'h0;
       isHeld <= 1'h0;
       joins <= 1'h0;
+      isIn <= 1'h0;
     end
     else begin
       bank <= isOver ^ bank;
       if (isOver) begin
-        count <= to + {4'h0, joins};
+        count <= to + {4'h0, isLast};
         at <= 5'h0;
         to <= 5'h0;
         isHeld <= isHeld & ~joins;
@@ -6997,24 +7089,31 @@ module SlotList(
       else begin
         if (reads)
           at <= at + 5'h1;
-        if (_ram_io_write_T_1)
-          to <= to + 5'h1;
+        if (first)
+          to <= (isKept ? _behind_T : to) + 5'h1;
+        else if (isKept)
+          to <= _behind_T;
         isHeld <= isAsked | isHeld;
       end
       walks <= ~isOver & (walk | walks);
       comes <= reads;
       passes <= comes;
+      entry_valid_REG <= passes;
       isAsked <= _read_valid_output & ready;
       joins <= ~isOver & (walk ? isHeld : joins);
+      isIn <= ~isOver & (first | isIn);
     end
   end // always @(posedge, posedge)
-  wire        _GEN = _ram_io_write_T & first;
+  wire [30:0] _isSame_T = passing_key[31:1] ^ _ram_readData[35:5];
   always @(posedge clock) begin
     comesAt <= at[3:0];
     passing_key <= _ram_readData[35:4];
     passing_slot <= _ram_readData[3:0];
     passingAt <= comesAt;
-    if (_GEN) begin
+    entry_bits_slot_REG <= passing_slot;
+    entry_bits_place_REG <= passingAt;
+    entry_bits_sameAsNext_REG <= comes & {_isSame_T[30:20], _isSame_T[18:0]} == 30'h0;
+    if (first | isIn & passes) begin
       held_key <= passing_key;
       held_slot <= passing_slot;
     end
@@ -7022,30 +7121,32 @@ module SlotList(
       held_key <= key;
       held_slot <= append_bits;
     end
-    isIn <= _GEN | ~walk & isIn;
   end // always @(posedge)
-  assign _ram_writeAddress = {1'h0, ~bank, to[3:0]};
+  assign _ram_write = isIn ? isKept : passes | isLast;
+  assign _ram_writeAddress = {1'h0, ~bank, isIn | ~isKept ? to[3:0] : _behind_T[3:0]};
   assign _ram_writeData =
-    {_ram_io_writeData_T ? held_key : passing_key, _ram_io_writeData_T ? held_slot : passing_slot};
-  assign _ram_readAddress = {1'h0, _ram_io_readAddress_T ? {bank, at[3:0]} : {~bank, look}};
+    {_ram_io_writeData_T_1 ? held_key : passing_key, _ram_io_writeData_T_1 ? held_slot : passing_slot};
+  assign _ram_readAddress = {1'h0, reads ? {bank, at[3:0]} : {bank ^ ~walks, look}};
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
     .WIDTH(36)
   ) ram (
     .clock        (clock),
-    .write        (_ram_io_write_T_1),
+    .write        (_ram_write),
     .writeAddress (_ram_writeAddress),
     .writeData    (_ram_writeData),
     .readAddress  (_ram_readAddress),
     .readData     (_ram_readData)
   );
-  assign entry_valid = passes;
-  assign entry_bits_slot = passing_slot;
-  assign entry_bits_place = passingAt;
-  assign entry_bits_sameAsNext = comes & {_entry_bits_sameAsNext_T[30:20], _entry_bits_sameAsNext_T[18:0]} == 30'h0;
+  assign entry_valid = entry_valid_REG;
+  assign entry_bits_slot = entry_bits_slot_REG;
+  assign entry_bits_place = entry_bits_place_REG;
+  assign entry_bits_sameAsNext = entry_bits_sameAsNext_REG;
   assign coming = _ram_readData[3:0];
-  assign appended = _appended_output;
+  assign next_valid = passes;
+  assign next_bits = passing_slot;
+  assign appended = isOver & joins;
   assign read_valid = _read_valid_output;
   assign read_bits = append_bits;
   assign looked = _ram_readData[35:4];
@@ -7189,15 +7290,18 @@ module OwnFrames(
   input  [15:0] pending,
   input  [15:0] abort,
   output [15:0] begun,
+  output        holds,
   output        ends_valid,
   output [3:0]  ends_bits,
   output        sent,
   output        walk,
+  input  [3:0]  coming,
+  input         nears_valid,
+  input  [3:0]  nears_bits,
   input         entry_valid,
   input  [3:0]  entry_bits_slot,
   input  [3:0]  entry_bits_place,
   input         entry_bits_sameAsNext,
-  input  [3:0]  coming,
   output        keeps,
   output [3:0]  look,
   input  [31:0] looked,
@@ -7221,7 +7325,6 @@ module OwnFrames(
   output        counts_repeated
 );
 
-  wire [7:0]  r2_repeats;
   wire        _choice_entry_bits_begun;
   wire        _choice_entry_bits_waits_0;
   wire        _choice_entry_bits_waits_1;
@@ -7250,15 +7353,16 @@ module OwnFrames(
   reg  [15:0] aborted;
   wire        announces = state == 2'h1;
   reg  [4:0]  phase;
-  wire        _walk_output = phase == 5'h2;
-  wire        isFirst = phase == 5'h3;
+  wire        _walk_output = phase == 5'h1;
+  wire        nearsFirst = phase == 5'h2;
+  reg         isFirst;
   reg         unitSeen;
   reg         unitNow;
   reg         wereUp_0;
   reg         wereUp_1;
-  wire        down_0 = wereUp_0 & ~isUp_0;
-  wire        down_1 = wereUp_1 & ~isUp_1;
-  wire        alone = ~isUp_0 & ~isUp_1;
+  reg         down_0;
+  reg         down_1;
+  reg         alone;
   reg         leavesReg_0_valid;
   reg         leavesReg_0_isLife;
   reg  [3:0]  leavesReg_0_slot;
@@ -7267,7 +7371,9 @@ module OwnFrames(
   reg         leavesReg_1_isLife;
   reg  [3:0]  leavesReg_1_slot;
   reg  [13:0] leavesReg_1_sequence;
-  wire        _look_T = phase == 5'h15;
+  reg         isSending_REG;
+  reg         isSending_REG_1;
+  wire        _look_T = phase == 5'h14;
   reg  [1:0]  homes_0_kind;
   reg         homes_0_leftBy;
   reg  [13:0] homes_0_sequence;
@@ -7284,95 +7390,118 @@ module OwnFrames(
   reg         isDue_1;
   reg         isOwn_0;
   reg         isOwn_1;
-  wire        isIt_0 = isFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == entry_bits_slot;
-  wire        isIt_1 = isFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == entry_bits_slot;
-  wire        looked1 = phase == 5'h18;
-  wire [3:0]  it_slot = looked1 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot;
-  wire        it_isNew = looked1 ? _choice_next_1_bits_isNew : _choice_next_0_bits_isNew;
-  wire [15:0] _GEN = {12'h0, entry_valid ? entry_bits_slot : it_slot};
-  wire [15:0] _isPending_T = pending >> _GEN;
-  wire [15:0] _isBegun_T = begunMap >> _GEN;
-  wire        isOnWay = isFirst ? announces : _isBegun_T[0];
+  reg         isSecond;
+  wire        asked1 = phase == 5'h17;
+  wire [3:0]  asked_slot = asked1 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot;
+  reg  [3:0]  it_slot;
+  reg         it_isNew;
+  reg  [3:0]  it_sequence;
+  reg         second;
+  wire [15:0] _isPending_T_1 = pending >> (nears_valid ? nears_bits : asked_slot);
+  wire [15:0] _isBegun_T_1 = begunMap >> (nears_valid ? nears_bits : it_slot);
+  reg  [3:0]  was_sequence;
+  reg  [7:0]  was_repeats;
+  reg  [19:0] was_left;
+  reg  [1:0]  was_copies_0;
+  reg  [1:0]  was_copies_1;
+  reg         wasWaiting;
+  reg         wasBegun;
+  reg         isAborted;
+  wire        isOnWay = isFirst ? announces : wasBegun;
+  reg         isIt_0;
+  reg         isIt_1;
   reg         began_0;
   reg         began_1;
   reg         beganNew_0;
   reg         beganNew_1;
-  wire        hasBegun_0 = began_0 & isIt_0;
-  wire        hasBegun_1 = began_1 & isIt_1;
-  wire        isFresh = beganNew_0 & isIt_0 | beganNew_1 & isIt_1;
-  wire [22:0] _left_T_1 = {7'h0, setting_confirm} << (r2_repeats > 8'h4 ? 3'h4 : r2_repeats[2:0]);
-  wire [19:0] _left_T_2 = hasBegun_0 | hasBegun_1 ? _left_T_1[19:0] : _records_readData[23:4];
-  wire [19:0] r2_left = _left_T_2 - {19'h0, unitNow & _left_T_2 != 20'hFFFFF};
-  wire [3:0]  r3_sequence = isFresh ? next[3:0] - 4'h1 : _records_readData[35:32];
-  assign r2_repeats = isFresh ? 8'h0 : _records_readData[31:24];
-  wire [1:0]  r0_copies_0 = hasBegun_0 ? 2'h2 : isFresh ? {1'h0, wereUp_0} : _records_readData[1:0];
-  wire [1:0]  r0_copies_1 = hasBegun_1 ? 2'h2 : isFresh ? {1'h0, wereUp_1} : _records_readData[3:2];
+  reg         hasBegun_0;
+  reg         hasBegun_1;
+  reg         isBegin;
+  reg         isFresh;
+  wire [3:0]  _latest_T = next[3:0] - 4'h1;
+  reg         isTheirs_0;
+  reg         isTheirs_1;
+  wire        isPast = ~isBegin & (&was_left);
+  wire        isTime = isPast | (isBegin ? setting_confirm == 16'h0 : was_left == 20'h0) & unitNow;
+  wire [3:0]  r3_sequence = isFresh ? _latest_T : was_sequence;
+  wire [1:0]  r0_copies_0 = hasBegun_0 ? 2'h2 : isFresh ? {1'h0, wereUp_0} : was_copies_0;
+  wire [1:0]  r0_copies_1 = hasBegun_1 ? 2'h2 : isFresh ? {1'h0, wereUp_1} : was_copies_1;
   wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : r0_copies_0;
   wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : r0_copies_1;
-  wire        came_0 = isOwn_0 & (isFirst | homes_0_sequence[3:0] == r3_sequence);
-  wire        came_1 = isOwn_1 & (isFirst | homes_1_sequence[3:0] == r3_sequence);
+  wire        came_0 = isOwn_0 & (isFirst | isTheirs_0);
+  wire        came_1 = isOwn_1 & (isFirst | isTheirs_1);
   wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;
-  wire        _GEN_0 = came_0 & _isConfirmed_T_22;
-  wire [1:0]  r2_copies_0 = _GEN_0 ? 2'h3 : r1_copies_0;
+  wire        _GEN = came_0 & _isConfirmed_T_22;
+  wire [1:0]  r2_copies_0 = _GEN ? 2'h3 : r1_copies_0;
   wire        _isConfirmed_T_23 = r1_copies_1 == 2'h2;
-  wire        _GEN_1 = came_1 & _isConfirmed_T_23;
-  wire [1:0]  r2_copies_1 = _GEN_1 ? 2'h3 : r1_copies_1;
-  wire        _isOver_T_1 = r2_copies_0 == 2'h1;
-  wire        _isOver_T_2 = r2_copies_1 == 2'h1;
+  wire        _GEN_0 = came_1 & _isConfirmed_T_23;
+  wire [1:0]  r2_copies_1 = _GEN_0 ? 2'h3 : r1_copies_1;
+  wire        _isOver_T = r2_copies_0 == 2'h1;
+  wire        _isOver_T_1 = r2_copies_1 == 2'h1;
   wire        isConfirmed =
     came_0 & homes_0_leftBy | came_1 & ~homes_1_leftBy | ((&r0_copies_0) | (&r0_copies_1))
     & ~(r0_copies_0 == 2'h1 | r0_copies_1 == 2'h1) & ~(r0_copies_0 == 2'h2 | r0_copies_1 == 2'h2)
     | ((&r1_copies_0) | (&r1_copies_1)) & ~(r1_copies_0 == 2'h1 | r1_copies_1 == 2'h1)
-    & ~(_isConfirmed_T_22 | _isConfirmed_T_23) | ((&r2_copies_0) | (&r2_copies_1)) & ~(_isOver_T_1 | _isOver_T_2)
+    & ~(_isConfirmed_T_22 | _isConfirmed_T_23) | ((&r2_copies_0) | (&r2_copies_1)) & ~(_isOver_T | _isOver_T_1)
     & ~(r2_copies_0 == 2'h2 | r2_copies_1 == 2'h2);
-  wire        isSent =
-    sending_0 & leavesReg_0_valid & ~down_0 & isIt_0 | sending_1 & leavesReg_1_valid & ~down_1 & isIt_1;
-  wire [15:0] _isUseless_T = aborted >> entry_bits_slot;
-  wire        isUseless = _isUseless_T[0] & ~isFirst | setting_oneShot | r2_repeats >= setting_retries;
+  wire        isSent = isSending_REG & ~down_0 & isIt_0 | isSending_REG_1 & ~down_1 & isIt_1;
+  wire        isUseless =
+    isAborted & ~isFirst | setting_oneShot | (isFresh ? setting_retries == 8'h0 : was_repeats >= setting_retries);
   wire        acts = setting_on & isOnWay & ~isSent;
-  wire        expires =
-    acts & ~isConfirmed & ~alone & (|state) & (&r2_left) & ~(_isOver_T_1 | _isOver_T_2) & ~inConflict;
+  wire        expires = acts & ~isConfirmed & ~alone & (|state) & isTime & ~(_isOver_T | _isOver_T_1) & ~inConflict;
   wire        repeats = expires & ~isUseless;
   wire        well = acts & isConfirmed;
-  wire        fails =
-    acts & ~isConfirmed & (alone | ~(|state)) | expires & isUseless | alone & setting_on & ~isFirst & ~isOnWay
-    & _isPending_T[0];
-  wire        isDone = well | fails;
-  wire        _GEN_2 = isFirst & ~(|state);
-  wire        _GEN_3 = repeats | _GEN_2;
-  wire [1:0]  r3_copies_0 = _GEN_3 ? {1'h0, isUp_0} : isConfirmed | _GEN_0 ? 2'h3 : r1_copies_0;
-  wire [1:0]  r3_copies_1 = _GEN_3 ? {1'h0, isUp_1} : isConfirmed | _GEN_1 ? 2'h3 : r1_copies_1;
+  wire        isWaiting = setting_on & ~isFirst & ~isOnWay & wasWaiting;
+  wire        isGivenUp = isWaiting & isAborted;
+  wire        isDone =
+    well | acts & ~isConfirmed & (alone | ~(|state)) | expires & isUseless | isGivenUp | isWaiting & alone;
+  wire        _isListen_T = isFirst & ~(|state);
+  wire        _GEN_1 = repeats | _isListen_T;
+  wire [1:0]  r3_copies_0 = _GEN_1 ? {1'h0, isUp_0} : isConfirmed | _GEN ? 2'h3 : r1_copies_0;
+  wire [1:0]  r3_copies_1 = _GEN_1 ? {1'h0, isUp_1} : isConfirmed | _GEN_0 ? 2'h3 : r1_copies_1;
   wire        isListening = setting_on & ~(|state) & ~alone & (|setting_address);
-  wire        tells = isListening & isCounting & (&r2_left) & begunMap == 16'h0 & ~isSent;
+  wire        tells = isListening & isCounting & isTime & begunMap == 16'h0 & ~isSent;
   reg         lifeWaits_0;
   reg         lifeWaits_1;
-  wire        _keeps_output = _isPending_T[0] & ~isDone;
-  wire        _ends_valid_output = entry_valid & isDone;
+  wire        _keeps_output = wasWaiting & ~isDone;
+  reg         ends_valid_REG;
+  wire        _ends_valid_output = ends_valid_REG & setting_on;
+  reg  [3:0]  ends_bits_REG;
+  reg         sent_REG;
+  reg         counts_failed_REG;
   wire        _records_io_write_T = entry_valid | isFirst;
-  wire        _GEN_4 = r3_copies_0 == 2'h1;
-  wire        _GEN_5 = r3_copies_1 == 2'h1;
-  wire        _GEN_6 =
-    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_4 | _GEN_5) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
+  reg  [3:0]  stays_sequence;
+  reg  [7:0]  stays_repeats;
+  reg  [19:0] stays_left;
+  reg  [1:0]  stays_copies_0;
+  reg  [1:0]  stays_copies_1;
+  reg         isLess;
+  reg         records_io_write_REG;
+  reg  [4:0]  records_io_writeAddress_REG;
+  wire        _GEN_2 = r3_copies_0 == 2'h1;
+  wire        _GEN_3 = r3_copies_1 == 2'h1;
+  wire        _GEN_4 =
+    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_2 | _GEN_3) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
-  wire        isLife1 = looked1 ? lifeWaits_1 : lifeWaits_0;
-  wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T[0]);
-  wire [15:0] oneSlot = 16'h1 << _GEN;
+  wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
+  wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
+  wire        _holds_output = setting_on & phase > 5'h15 & phase < 5'h19;
+  wire [15:0] oneSlot = 16'h1 << (_ends_valid_output ? ends_bits_REG : it_slot);
   wire        _unitNow_T = unitSeen | unit;
-  wire [1:0]  due_kind = _walk_output ? homes_1_kind : homes_0_kind;
-  wire [13:0] due_sequence = _walk_output ? homes_1_sequence : homes_0_sequence;
-  wire        isUsed = (_walk_output ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
+  wire [1:0]  due_kind = isSecond ? homes_1_kind : homes_0_kind;
+  wire [13:0] due_sequence = isSecond ? homes_1_sequence : homes_0_sequence;
+  wire        isUsed = (isSecond ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
   wire [13:0] _ahead_T = due_sequence - next;
   wire        isData = due_kind == 2'h0;
   wire        isLife = due_kind == 2'h1;
   wire        isBehind = _ahead_T[13] & (&(_ahead_T[12:4]));
-  wire [13:0] _GEN_7 = {7'h0, setting_life};
-  wire        _GEN_8 = phase == 5'h1;
-  wire        _GEN_9 =
-    isUsed & (isData ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_7);
-  wire        _GEN_10 = _GEN_8 & _GEN_9;
-  wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : looked1 ? _choice_next_1_bits_sequence : _choice_next_0_bits_sequence;
+  wire [13:0] _GEN_5 = {7'h0, setting_life};
+  wire        _GEN_6 =
+    isUsed & (isData ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_5);
+  wire        _GEN_7 = _walk_output & _GEN_6;
+  wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_11 = restart | ~setting_on;
+  wire        _GEN_8 = restart | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -7383,6 +7512,7 @@ module OwnFrames(
       begunMap <= 16'h0;
       aborted <= 16'h0;
       phase <= 5'h19;
+      isFirst <= 1'h0;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
       wereUp_0 <= 1'h0;
@@ -7409,9 +7539,11 @@ module OwnFrames(
       began_1 <= 1'h0;
       beganNew_0 <= 1'h0;
       beganNew_1 <= 1'h0;
+      ends_valid_REG <= 1'h0;
+      records_io_write_REG <= 1'h0;
     end
     else begin
-      if (_GEN_11) begin
+      if (_GEN_8) begin
         state <= 2'h0;
         next <= 14'h0;
       end
@@ -7425,9 +7557,9 @@ module OwnFrames(
         if (nextIsNew)
           next <= next + 14'h1;
       end
-      isCounting <= ~_GEN_11 & (isFirst ? isListening : isCounting);
-      isAhead <= ~_GEN_11 & (nextIsNew | isAhead);
-      inConflict <= ~_GEN_11 & (_walk_output ? _GEN_9 | _GEN_10 | inConflict : _GEN_10 | inConflict);
+      isCounting <= ~_GEN_8 & (isFirst ? isListening : isCounting);
+      isAhead <= ~_GEN_8 & (nextIsNew | isAhead);
+      inConflict <= ~_GEN_8 & (nearsFirst ? _GEN_6 | _GEN_7 | inConflict : _GEN_7 | inConflict);
       if (setting_on) begin
         if (nextIsNew)
           begunMap <= begunMap | oneSlot;
@@ -7436,7 +7568,7 @@ module OwnFrames(
       end
       else
         begunMap <= 16'h0;
-      aborted <= (aborted | abort & begunMap) & pending;
+      aborted <= (aborted | abort & (begunMap | {16{_holds_output}})) & pending;
       if (tick) begin
         phase <= 5'h1;
         unitNow <= _unitNow_T;
@@ -7447,6 +7579,7 @@ module OwnFrames(
       end
       else if (~(phase == 5'h19))
         phase <= phase + 5'h1;
+      isFirst <= nearsFirst;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
         wereUp_0 <= isUp_0;
@@ -7456,33 +7589,48 @@ module OwnFrames(
       if (begins_0) begin
         leavesReg_0_isLife <= isLife1;
         leavesReg_0_slot <= it_slot;
-        leavesReg_0_sequence <= isLife1 ? _GEN_7 : sequence_0;
+        leavesReg_0_sequence <= isLife1 ? _GEN_5 : sequence_0;
       end
       leavesReg_1_valid <= setting_on & (begins_1 | ~(down_1 & _look_T) & leavesReg_1_valid);
       if (begins_1) begin
         leavesReg_1_isLife <= isLife1;
         leavesReg_1_slot <= it_slot;
-        leavesReg_1_sequence <= isLife1 ? _GEN_7 : sequence_0;
+        leavesReg_1_sequence <= isLife1 ? _GEN_5 : sequence_0;
       end
       hasHome_0 <= setting_on & (home_0_valid | ~(_look_T & isDue_0) & hasHome_0);
       hasHome_1 <= setting_on & (home_1_valid | ~(_look_T & isDue_1) & hasHome_1);
       isNew_0 <= received_0 | ~tick & isNew_0;
       isNew_1 <= received_1 | ~tick & isNew_1;
-      if (_GEN_8)
-        isOwn_0 <= isUsed & (announces ? isLife : isData & isBehind);
       if (_walk_output)
+        isOwn_0 <= isUsed & (announces ? isLife : isData & isBehind);
+      if (nearsFirst)
         isOwn_1 <= isUsed & (announces ? isLife : isData & isBehind);
       began_0 <= setting_on & (begins_0 | ~_look_T & began_0);
       began_1 <= setting_on & (begins_1 | ~_look_T & began_1);
       beganNew_0 <= setting_on & (begins_0 ? nextIsNew : ~_look_T & beganNew_0);
       beganNew_1 <= setting_on & (begins_1 ? nextIsNew : ~_look_T & beganNew_1);
+      ends_valid_REG <= entry_valid & isDone;
+      records_io_write_REG <= _records_io_write_T;
     end
   end // always @(posedge, posedge)
   wire        _lifeWaits_1_T_7 = r3_copies_0 == 2'h1;
   wire        _lifeWaits_1_T_8 = r3_copies_1 == 2'h1;
   wire        _lifeWaits_1_T_12 = r3_copies_0 == 2'h2;
   wire        _lifeWaits_1_T_13 = r3_copies_1 == 2'h2;
+  wire        isItSoon_0 = nearsFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == nears_bits;
+  wire        isItSoon_1 = nearsFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == nears_bits;
+  wire        _isBegin_T = began_0 & isItSoon_0;
+  wire        _isBegin_T_1 = began_1 & isItSoon_1;
+  wire        isNewest = beganNew_0 & isItSoon_0 | beganNew_1 & isItSoon_1;
+  wire [7:0]  r2_repeats = isFresh ? 8'h0 : was_repeats;
+  wire [15:0] _isAborted_T = aborted >> nears_bits;
+  wire [26:0] _r0_left_T = {11'h0, setting_confirm} << (was_repeats > 8'h4 ? 3'h4 : was_repeats[2:0]);
   always @(posedge clock) begin
+    down_0 <= wereUp_0 & ~isUp_0;
+    down_1 <= wereUp_1 & ~isUp_1;
+    alone <= ~isUp_0 & ~isUp_1;
+    isSending_REG <= sending_0 & leavesReg_0_valid;
+    isSending_REG_1 <= sending_1 & leavesReg_1_valid;
     if (home_0_valid) begin
       homes_0_kind <= home_0_bits_kind;
       homes_0_leftBy <= home_0_bits_leftBy;
@@ -7493,6 +7641,27 @@ module OwnFrames(
       homes_1_leftBy <= home_1_bits_leftBy;
       homes_1_sequence <= home_1_bits_sequence;
     end
+    isSecond <= _walk_output;
+    it_slot <= asked_slot;
+    it_isNew <= asked1 ? _choice_next_1_bits_isNew : _choice_next_0_bits_isNew;
+    it_sequence <= asked1 ? _choice_next_1_bits_sequence : _choice_next_0_bits_sequence;
+    second <= asked1;
+    was_sequence <= _records_readData[35:32];
+    was_repeats <= _records_readData[31:24];
+    was_left <= _records_readData[23:4];
+    was_copies_0 <= _records_readData[1:0];
+    was_copies_1 <= _records_readData[3:2];
+    wasWaiting <= _isPending_T_1[0];
+    wasBegun <= _isBegun_T_1[0];
+    isAborted <= _isAborted_T[0];
+    isIt_0 <= isItSoon_0;
+    isIt_1 <= isItSoon_1;
+    hasBegun_0 <= _isBegin_T;
+    hasBegun_1 <= _isBegin_T_1;
+    isBegin <= _isBegin_T | _isBegin_T_1;
+    isFresh <= isNewest;
+    isTheirs_0 <= isNewest ? homes_0_sequence[3:0] == _latest_T : homes_0_sequence[3:0] == _records_readData[35:32];
+    isTheirs_1 <= isNewest ? homes_1_sequence[3:0] == _latest_T : homes_1_sequence[3:0] == _records_readData[35:32];
     if (isFirst) begin
       lifeWaits_0 <=
         (tells | announces & ~isDone) & _lifeWaits_1_T_7
@@ -7503,14 +7672,23 @@ module OwnFrames(
         & ~(((&r3_copies_0) | (&r3_copies_1)) & ~(_lifeWaits_1_T_7 | _lifeWaits_1_T_8)
             & ~(_lifeWaits_1_T_12 | _lifeWaits_1_T_13));
     end
+    ends_bits_REG <= entry_bits_slot;
+    sent_REG <= well;
+    counts_failed_REG <= isGivenUp;
+    stays_sequence <= r3_sequence;
+    stays_repeats <= _isListen_T ? 8'h0 : repeats ? r2_repeats + 8'h1 : r2_repeats;
+    stays_left <=
+      _isListen_T & ~isCounting
+        ? {3'h0, setting_confirm, 1'h0}
+        : isBegin ? (isFresh ? {4'h0, setting_confirm} : _r0_left_T[19:0]) : was_left;
+    stays_copies_0 <= r3_copies_0;
+    stays_copies_1 <= r3_copies_1;
+    isLess <= unitNow & ~isPast & ~(_isListen_T & ~isCounting);
+    records_io_writeAddress_REG <= isFirst ? 5'h10 : {1'h0, entry_bits_slot};
   end // always @(posedge)
-  assign _records_writeAddress = {1'h0, isFirst ? 5'h10 : {1'h0, entry_bits_slot}};
+  assign _records_writeAddress = {1'h0, records_io_writeAddress_REG};
   assign _records_writeData =
-    {r3_sequence,
-     _GEN_2 ? 8'h0 : repeats ? r2_repeats + 8'h1 : r2_repeats,
-     _GEN_2 & ~isCounting ? {3'h0, setting_confirm, 1'h0} : r2_left,
-     r3_copies_1,
-     r3_copies_0};
+    {stays_sequence, stays_repeats, stays_left - {19'h0, isLess}, stays_copies_1, stays_copies_0};
   assign _records_readAddress = {1'h0, _walk_output ? 5'h10 : {1'h0, coming}};
   DualPortRam #(
     .ADDRESS_BITS(6),
@@ -7518,15 +7696,15 @@ module OwnFrames(
     .WIDTH(36)
   ) records (
     .clock        (clock),
-    .write        (_records_io_write_T),
+    .write        (records_io_write_REG),
     .writeAddress (_records_writeAddress),
     .writeData    (_records_writeData),
     .readAddress  (_records_readAddress),
     .readData     (_records_readData)
   );
   assign _choice_entry_bits_begun = isOnWay & ~isDone;
-  assign _choice_entry_bits_waits_0 = _GEN_4 & ~_GEN_6;
-  assign _choice_entry_bits_waits_1 = _GEN_5 & ~_GEN_6;
+  assign _choice_entry_bits_waits_0 = _GEN_2 & ~_GEN_4;
+  assign _choice_entry_bits_waits_1 = _GEN_3 & ~_GEN_4;
   assign _choice_mayBegin = state == 2'h2;
   assign _choice_nextSequence = next[3:0];
   OwnChoice choice (
@@ -7555,15 +7733,16 @@ module OwnFrames(
     .next_1_bits_sequence         (_choice_next_1_bits_sequence)
   );
   assign begun = begunMap;
+  assign holds = _holds_output;
   assign ends_valid = _ends_valid_output;
-  assign ends_bits = entry_bits_slot;
-  assign sent = well;
+  assign ends_bits = ends_bits_REG;
+  assign sent = sent_REG;
   assign walk = _walk_output;
   assign keeps = _keeps_output;
   assign look = _look_T ? _choice_next_0_bits_place : _choice_next_1_bits_place;
-  assign offer_0 = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T[0]);
-  assign offer_1 = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T[0]);
-  assign order = (phase == 5'h16 ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
+  assign offer_0 = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T_1[0]);
+  assign offer_1 = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T_1[0]);
+  assign order = (phase == 5'h15 ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
   assign leaves_0_isLife = leavesReg_0_isLife;
   assign leaves_0_slot = leavesReg_0_slot;
   assign leaves_0_sequence = leavesReg_0_sequence;
@@ -7572,8 +7751,8 @@ module OwnFrames(
   assign leaves_1_sequence = leavesReg_1_sequence;
   assign conflict = inConflict;
   assign counts_sent = nextIsNew;
-  assign counts_confirmed = entry_valid & well;
-  assign counts_failed = entry_valid & fails;
+  assign counts_confirmed = _ends_valid_output & sent_REG;
+  assign counts_failed = _ends_valid_output & ~sent_REG & ~counts_failed_REG;
   assign counts_repeated = _records_io_write_T & repeats;
 endmodule
 
@@ -7600,23 +7779,17 @@ module OwnBytes(
   input  [31:0] data
 );
 
-  reg         answers_0;
-  reg         answers_1;
-  wire        grants_0 = fetch_0_valid & ~answers_0;
-  wire        grants_1 = fetch_1_valid & ~answers_1 & ~grants_0;
-  wire [4:0]  asked = grants_0 ? fetch_0_bits : fetch_1_bits;
-  wire        header_isLife = grants_0 ? leaves_0_isLife : leaves_1_isLife;
-  wire [2:0]  _behind_T = asked[2:0] - 3'h1;
-  wire        isData = asked > 5'h8;
-  wire        isDlc = asked == 5'h8;
-  reg  [4:0]  at;
-  reg         of_isLife;
-  reg  [13:0] of_sequence;
+  reg  [2:0]  steps;
   reg         port;
-  reg  [1:0]  lane;
+  reg  [4:0]  at;
+  wire        idle = steps == 3'h0;
+  wire        of_isLife = port ? leaves_1_isLife : leaves_0_isLife;
+  wire [2:0]  _behind_T = at[2:0] - 3'h1;
+  wire        isData = at > 5'h8;
+  wire        isDlc = at == 5'h8;
   reg  [7:0]  casez_tmp;
   always @(*) begin
-    casez (lane)
+    casez (isData ? _behind_T[1:0] : isDlc ? 2'h0 : ~(at[1:0]))
       2'b00:
         casez_tmp = data[7:0];
       2'b01:
@@ -7627,6 +7800,15 @@ module OwnBytes(
         casez_tmp = data[31:24];
     endcase
   end // always @(*)
+  reg  [7:0]  fetched_0_bits_REG;
+  reg  [7:0]  fetched_1_bits_REG;
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      steps <= 3'h0;
+    else
+      steps <= {steps[1:0], idle & (fetch_0_valid | fetch_1_valid)};
+  end // always @(posedge, posedge)
+  wire [13:0] of_sequence = port ? leaves_1_sequence : leaves_0_sequence;
   wire [7:0]  shown =
     at == 5'h8
       ? {4'h0, of_isLife ? 4'h0 : casez_tmp[3:0]}
@@ -7643,29 +7825,20 @@ module OwnBytes(
               : at == 5'h1
                   ? {address[1:0], of_sequence[13:8]}
                   : at == 5'h0 ? {1'h0, of_isLife, port, address[6:2]} : of_isLife ? 8'h0 : casez_tmp;
-  always @(posedge clock or posedge reset) begin
-    if (reset) begin
-      answers_0 <= 1'h0;
-      answers_1 <= 1'h0;
-    end
-    else begin
-      answers_0 <= grants_0;
-      answers_1 <= grants_1;
-    end
-  end // always @(posedge, posedge)
   always @(posedge clock) begin
-    at <= asked;
-    of_isLife <= header_isLife;
-    of_sequence <= grants_0 ? leaves_0_sequence : leaves_1_sequence;
-    port <= ~grants_0;
-    lane <= isData ? _behind_T[1:0] : isDlc ? 2'h0 : ~(asked[1:0]);
+    if (idle) begin
+      port <= ~fetch_0_valid;
+      at <= fetch_0_valid ? fetch_0_bits : fetch_1_bits;
+    end
+    fetched_0_bits_REG <= shown;
+    fetched_1_bits_REG <= shown;
   end // always @(posedge)
-  assign fetched_0_valid = answers_0;
-  assign fetched_0_bits = shown;
-  assign fetched_1_valid = answers_1;
-  assign fetched_1_bits = shown;
-  assign load_valid = (|{grants_1, grants_0}) & (|(asked[4:2])) & ~header_isLife;
-  assign load_bits = {grants_0 ? leaves_0_slot : leaves_1_slot, isData ? {1'h1, _behind_T[2]} : {1'h0, isDlc}};
+  assign fetched_0_valid = steps[2] & ~port;
+  assign fetched_0_bits = fetched_0_bits_REG;
+  assign fetched_1_valid = steps[2] & port;
+  assign fetched_1_bits = fetched_1_bits_REG;
+  assign load_valid = steps[0] & (|(at[4:2])) & ~of_isLife;
+  assign load_bits = {port ? leaves_1_slot : leaves_0_slot, isData ? {1'h1, _behind_T[2]} : {1'h0, isDlc}};
 endmodule
 
 module Receiving(
@@ -8086,13 +8259,14 @@ module Sources(
   reg  [13:0] names_newest;
   reg  [4:0]  at;
   reg         isNew;
+  reg  [6:0]  source;
   reg         isOld;
-  wire        silent = now - _ram_readData[15:0] > ((&(confirm[15:8])) ? 16'hFEFF : confirm);
+  reg         isAsk;
+  reg  [15:0] silent_REG;
+  wire        silent = silent_REG > ((&(confirm[15:8])) ? 16'hFEFF : confirm);
   wire [13:0] _above_T = frame_bits_sequence - names_newest;
-  wire [6:0]  source =
-    ((|step) ? isOld : ~frame_valid & ~asks_valid) ? swept : (|step) | frame_valid ? frame_bits_source : asks_bits;
   wire        _map_io_writeData_T = at == frame_bits_sequence[4:0];
-  wire        _done_output = step == 4'h5;
+  wire        _done_output = step == 4'h7;
   wire [31:0] _ram_io_writeData_T_4 =
     _done_output
       ? {2'h0, names_hasLife, names_life, names_hasSequence, names_newest}
@@ -8100,20 +8274,60 @@ module Sources(
          ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : _ram_readData[23:16],
          now};
   wire        _double_T_2 = frame_bits_kind == 2'h0;
-  wire        _GEN = step == 4'h6;
+  wire        _GEN = step == 4'h0;
   wire        _GEN_0 = step == 4'h1;
   wire        _GEN_1 = step == 4'h2;
-  wire        _GEN_2 = step == 4'h3;
-  wire        _GEN_3 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
-  wire        _GEN_4 = (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & ~_map_readData;
-  wire        _GEN_5 = step == 4'h4;
-  wire        _GEN_6 = step == 4'h5;
-  wire        _GEN_7 = step == 4'h7;
-  wire        _step_T_1 = silent | clears;
-  wire        _GEN_8 = step == 4'h8;
-  wire        _GEN_9 = ~(|step) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_5 | _GEN_6;
-  wire        _GEN_10 = unit | sweeps;
-  wire        _GEN_11 = _GEN_8 & isOld;
+  wire        _GEN_2 = step == 4'h8;
+  wire        _GEN_3 = step == 4'h3;
+  wire        _GEN_4 = step == 4'h4;
+  wire        _GEN_5 = step == 4'h5;
+  wire        _GEN_6 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
+  wire        _GEN_7 = (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & ~_map_readData;
+  wire        _GEN_8 = step == 4'h6;
+  wire        _GEN_9 = step == 4'h7;
+  wire        _GEN_10 = step == 4'h9;
+  wire        _step_T_3 = silent | clears;
+  wire        _GEN_11 = step == 4'hA;
+  wire        _GEN_12 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_9;
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez (step)
+      4'b0000:
+        casez_tmp = frame_valid | asks_valid | sweeps ? 4'h1 : step;
+      4'b0001:
+        casez_tmp = 4'h2;
+      4'b0010:
+        casez_tmp = isAsk ? 4'h8 : isOld ? 4'h9 : 4'h3;
+      4'b0011:
+        casez_tmp = silent ? 4'h9 : 4'h4;
+      4'b0100:
+        casez_tmp = 4'h5;
+      4'b0101:
+        casez_tmp = {3'h3, ~(_double_T_2 & (_GEN_6 | _GEN_7))};
+      4'b0110:
+        casez_tmp = _map_io_writeData_T ? 4'h7 : step;
+      4'b0111:
+        casez_tmp = 4'h0;
+      4'b1000:
+        casez_tmp = 4'h0;
+      4'b1001:
+        casez_tmp = _step_T_3 | ~isOld ? 4'hA : 4'h0;
+      4'b1010:
+        casez_tmp = 4'h0;
+      4'b1011:
+        casez_tmp = step;
+      4'b1100:
+        casez_tmp = step;
+      4'b1101:
+        casez_tmp = step;
+      4'b1110:
+        casez_tmp = step;
+      default:
+        casez_tmp = step;
+    endcase
+  end // always @(*)
+  wire        _GEN_13 = unit | sweeps;
+  wire        _GEN_14 = _GEN_11 & isOld;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -8124,38 +8338,13 @@ module Sources(
     end
     else begin
       if (on) begin
-        if (|step) begin
-          if (_GEN)
-            step <= 4'h0;
-          else if (_GEN_0)
-            step <= {1'h0, silent ? 3'h7 : 3'h2};
-          else if (_GEN_1)
-            step <= 4'h3;
-          else if (_GEN_2)
-            step <= {3'h2, ~(_double_T_2 & (_GEN_3 | _GEN_4))};
-          else if (_GEN_5) begin
-            if (_map_io_writeData_T)
-              step <= 4'h5;
-          end
-          else if (_GEN_6)
-            step <= 4'h0;
-          else if (_GEN_7)
-            step <= {_step_T_1 | ~isOld, 3'h0};
-          else if (_GEN_8)
-            step <= 4'h0;
-        end
-        else if (frame_valid)
-          step <= 4'h1;
-        else if (asks_valid)
-          step <= 4'h6;
-        else if (sweeps)
-          step <= 4'h7;
-        if (~_GEN_9) begin
-          if (_GEN_7) begin
+        step <= casez_tmp;
+        if (~_GEN_12) begin
+          if (_GEN_10) begin
             if (isOld & ~silent & ~clears)
               swept <= swept + 7'h1;
           end
-          else if (_GEN_11)
+          else if (_GEN_14)
             swept <= swept + 7'h1;
         end
       end
@@ -8165,50 +8354,56 @@ module Sources(
       end
       if (unit)
         now <= now + 16'h1;
-      sweeps <= ~on | (_GEN_9 ? _GEN_10 : _GEN_7 ? ~isOld & _GEN_10 : _GEN_11 ? clears & ~(&swept) : _GEN_10);
+      sweeps <= ~on | (_GEN_12 ? _GEN_13 : _GEN_10 ? ~isOld & _GEN_13 : _GEN_14 ? clears & ~(&swept) : _GEN_13);
       clears <=
-        ~on | (~(|step) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_5 | _GEN_6 | _GEN_7 | ~_GEN_11 | ~(&swept)) & clears;
+        ~on
+        | (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_9 | _GEN_10 | ~_GEN_14
+           | ~(&swept)) & clears;
     end
   end // always @(posedge, posedge)
-  wire        _GEN_12 = frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
-  wire        _GEN_13 = _GEN_2 & _GEN_12;
-  wire        _GEN_14 = _double_T_2 & _GEN_3;
-  wire        _GEN_15 = ~(|step) | _GEN | _GEN_0 | _GEN_1;
+  wire        _GEN_15 = frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
+  wire        _GEN_16 = _GEN_5 & _GEN_15;
+  wire        _GEN_17 = _double_T_2 & _GEN_6;
+  wire        _GEN_18 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
   always @(posedge clock) begin
-    if (~(~(|step) | _GEN | _GEN_0)) begin
-      if (_GEN_1) begin
+    if (~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)) begin
+      if (_GEN_4) begin
         names_hasLife <= _ram_readData[29];
         names_life <= _ram_readData[28:15];
         names_hasSequence <= _ram_readData[14];
         names_newest <= _ram_readData[13:0];
       end
       else begin
-        names_hasLife <= _GEN_13 | names_hasLife;
-        if (_GEN_13)
+        names_hasLife <= _GEN_16 | names_hasLife;
+        if (_GEN_16)
           names_life <= frame_bits_sequence;
-        if (_GEN_2)
-          names_hasSequence <= _double_T_2 | ~_GEN_12 & names_hasSequence;
-        if (_GEN_2 & _GEN_14)
+        if (_GEN_5)
+          names_hasSequence <= _double_T_2 | ~_GEN_15 & names_hasSequence;
+        if (_GEN_5 & _GEN_17)
           names_newest <= frame_bits_sequence;
       end
     end
-    if (~_GEN_15) begin
-      if (_GEN_2)
+    if (~_GEN_18) begin
+      if (_GEN_5)
         at <=
-          _GEN_14
+          _GEN_17
             ? (names_hasSequence & _above_T[13:5] == 9'h0 ? names_newest[4:0] : frame_bits_sequence[4:0]) + 5'h1
             : frame_bits_sequence[4:0];
-      else if (_GEN_5)
+      else if (_GEN_8)
         at <= at + 5'h1;
     end
-    if (_GEN_15 | ~_GEN_2) begin
+    if (_GEN_18 | ~_GEN_5) begin
     end
     else
-      isNew <= _double_T_2 & (_GEN_3 | _GEN_4);
-    if (~(|step))
+      isNew <= _double_T_2 & (_GEN_6 | _GEN_7);
+    if (_GEN) begin
+      source <= frame_valid ? frame_bits_source : asks_valid ? asks_bits : swept;
       isOld <= ~frame_valid;
+      isAsk <= ~frame_valid & asks_valid;
+    end
+    silent_REG <= now - _ram_readData[15:0];
   end // always @(posedge)
-  assign _map_write = step == 4'h4;
+  assign _map_write = step == 4'h6;
   assign _map_writeAddress = {frame_bits_source, at};
   assign _map_readAddress = {frame_bits_source, frame_bits_sequence[4:0]};
   DualPortRam #(
@@ -8224,12 +8419,12 @@ module Sources(
     .readData     (_map_readData)
   );
   assign _ram_write =
-    ~(~(|step) | _GEN)
-    & (_GEN_0 ? ~silent : ~(_GEN_1 | _GEN_2 | _GEN_5) & (_GEN_6 | (_GEN_7 ? _step_T_1 | ~isOld : _GEN_8)));
-  assign _ram_writeAddress = {source, step == 4'h1 | step == 4'h7};
+    ~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)
+    & (_GEN_3 ? ~silent : ~(_GEN_4 | _GEN_5 | _GEN_8) & (_GEN_9 | (_GEN_10 ? _step_T_3 | ~isOld : _GEN_11)));
+  assign _ram_writeAddress = {source, step == 4'h3 | step == 4'h9};
   assign _ram_writeData =
-    _GEN_9 ? _ram_io_writeData_T_4 : _GEN_7 ? {16'h0, now} : _GEN_8 ? 32'h0 : _ram_io_writeData_T_4;
-  assign _ram_readAddress = {source, step != 4'h1};
+    _GEN_12 ? _ram_io_writeData_T_4 : _GEN_10 ? {16'h0, now} : _GEN_11 ? 32'h0 : _ram_io_writeData_T_4;
+  assign _ram_readAddress = {source, step != 4'h3};
   DualPortRam #(
     .ADDRESS_BITS(8),
     .DEPTH(256),
@@ -8245,7 +8440,7 @@ module Sources(
   assign done = _done_output;
   assign takes = _done_output & isNew;
   assign double = _done_output & ~isNew & _double_T_2;
-  assign told_valid = step == 4'h6;
+  assign told_valid = step == 4'h8;
   assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
 endmodule
 
@@ -8375,6 +8570,7 @@ module RelayMode(
   output [3:0]  port_slots_ends_bits,
   output        port_slots_sent,
   output        port_slots_drops,
+  output        port_slots_holds,
   output        port_stamp_valid,
   output [3:0]  port_stamp_bits,
   output [15:0] port_time,
@@ -8482,6 +8678,8 @@ module RelayMode(
   wire [3:0]  _list_entry_bits_place;
   wire        _list_entry_bits_sameAsNext;
   wire [3:0]  _list_coming;
+  wire        _list_next_valid;
+  wire [3:0]  _list_next_bits;
   wire [31:0] _list_looked;
   wire [7:0]  _passing_bitCycles;
   wire        _passing_on;
@@ -8630,6 +8828,8 @@ module RelayMode(
     .entry_bits_sameAsNext (_list_entry_bits_sameAsNext),
     .keeps                 (_list_keeps),
     .coming                (_list_coming),
+    .next_valid            (_list_next_valid),
+    .next_bits             (_list_next_bits),
     .append_valid          (port_append_valid),
     .append_bits           (port_append_bits),
     .appended              (port_appended),
@@ -8669,15 +8869,18 @@ module RelayMode(
     .pending               (port_pending),
     .abort                 (port_abort),
     .begun                 (port_slots_begun),
+    .holds                 (port_slots_holds),
     .ends_valid            (port_slots_ends_valid),
     .ends_bits             (port_slots_ends_bits),
     .sent                  (port_slots_sent),
     .walk                  (_list_walk),
+    .coming                (_list_coming),
+    .nears_valid           (_list_next_valid),
+    .nears_bits            (_list_next_bits),
     .entry_valid           (_list_entry_valid),
     .entry_bits_slot       (_list_entry_bits_slot),
     .entry_bits_place      (_list_entry_bits_place),
     .entry_bits_sameAsNext (_list_entry_bits_sameAsNext),
-    .coming                (_list_coming),
     .keeps                 (_list_keeps),
     .look                  (_list_look),
     .looked                (_list_looked),
@@ -8985,112 +9188,117 @@ module Bridge(
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
-  wire        counts = step == 4'h9;
+  wire        counts = step == 4'hA;
   wire        looks = step == 4'h4;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
   wire        _into_job_bits_data_T = part == 2'h1;
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   wire [7:0]  _GEN_0 = {5'h0, slot};
-  wire        _GEN_1 = step == 4'h0;
-  wire        _GEN_2 = step == 4'h1;
-  wire        _GEN_3 = step == 4'h2;
-  wire        _GEN_4 = step == 4'h3;
-  wire        _GEN_5 = into_pending != 8'hFF;
-  wire        _GEN_6 = step == 4'h4;
-  wire        _GEN_7 = _skips_T[0] | into_done;
-  wire        _GEN_8 = step == 4'h5;
-  wire        _GEN_9 = step == 4'h6;
-  wire [7:0]  _GEN_10 = into_pending >> _GEN_0;
-  wire        _GEN_11 = step == 4'h7;
+  wire        _GEN_1 = into_pending != 8'hFF;
+  wire        _GEN_2 = _skips_T[0] | into_done;
+  wire [7:0]  _GEN_3 = into_pending >> _GEN_0;
+  reg  [3:0]  casez_tmp;
+  wire [3:0]  _GEN_4 = step == 4'hA & into_done ? 4'h0 : step;
+  always @(*) begin
+    casez (step)
+      4'b0000:
+        casez_tmp = from_taken_valid ? 4'h1 : step;
+      4'b0001:
+        casez_tmp = from_ready ? 4'h2 : step;
+      4'b0010:
+        casez_tmp = part == 2'h0 ? 4'h3 : 4'h8;
+      4'b0011:
+        casez_tmp = _GEN_1 ? 4'h8 : 4'h4;
+      4'b0100:
+        casez_tmp = _isFree_T[0] ? (_GEN_2 & (&at) ? 4'h5 : step) : 4'h8;
+      4'b0101:
+        casez_tmp = isBetter ? 4'h6 : 4'hA;
+      4'b0110:
+        casez_tmp = 4'h7;
+      4'b0111:
+        casez_tmp = _GEN_3[0] ? 4'h4 : 4'h8;
+      4'b1000:
+        casez_tmp = into_done ? {&part, 3'h1} : step;
+      4'b1001:
+        casez_tmp = into_appended ? (drops ? 4'hA : 4'h0) : step;
+      4'b1010:
+        casez_tmp = _GEN_4;
+      4'b1011:
+        casez_tmp = _GEN_4;
+      4'b1100:
+        casez_tmp = _GEN_4;
+      4'b1101:
+        casez_tmp = _GEN_4;
+      4'b1110:
+        casez_tmp = _GEN_4;
+      default:
+        casez_tmp = _GEN_4;
+    endcase
+  end // always @(*)
   always @(posedge clock or posedge reset) begin
     if (reset)
       step <= 4'h0;
-    else if (_GEN_1) begin
-      if (from_taken_valid)
-        step <= 4'h1;
-    end
-    else if (_GEN_2) begin
-      if (from_ready)
-        step <= 4'h2;
-    end
-    else if (_GEN_3)
-      step <= {1'h0, |part, 2'h3};
-    else if (_GEN_4)
-      step <= _GEN_5 ? 4'h7 : 4'h4;
-    else if (_GEN_6) begin
-      if (_isFree_T[0]) begin
-        if (_GEN_7 & (&at))
-          step <= 4'h5;
-      end
-      else
-        step <= 4'h7;
-    end
-    else if (_GEN_8)
-      step <= isBetter ? 4'h6 : 4'h9;
-    else if (_GEN_9)
-      step <= _GEN_10[0] ? 4'h4 : 4'h7;
-    else if (_GEN_11) begin
-      if (into_done)
-        step <= (&part) ? 4'h8 : 4'h1;
-    end
-    else if (step == 4'h8) begin
-      if (into_appended)
-        step <= drops ? 4'h9 : 4'h0;
-    end
-    else if (step == 4'h9 & into_done)
-      step <= 4'h0;
+    else
+      step <= casez_tmp;
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_12 = ~(into_pending[6:0]);
-  wire        _GEN_13 = _GEN_8 | ~(_GEN_9 & _GEN_10[0]);
-  wire        _GEN_14 = _GEN_7 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire [6:0]  _GEN_5 = ~(into_pending[6:0]);
+  wire        _GEN_6 = step == 4'h0;
+  wire        _GEN_7 = step == 4'h1;
+  wire        _GEN_8 = step == 4'h2;
+  wire        _GEN_9 = step == 4'h3;
+  wire        _GEN_10 = step == 4'h4;
+  wire        _GEN_11 = _GEN_2 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_12 = step == 4'h5;
+  wire        _GEN_13 = step == 4'h6;
+  wire        _GEN_14 = step == 4'h7;
+  wire        _GEN_15 = _GEN_12 | _GEN_13;
+  wire        _GEN_16 = _GEN_15 | ~(_GEN_14 & _GEN_3[0]);
   always @(posedge clock) begin
-    if (_GEN_1) begin
+    if (_GEN_6) begin
       place <= from_taken_bits;
       part <= 2'h0;
     end
-    else if (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | ~(_GEN_11 & into_done)) begin
+    else if (_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12 | _GEN_13 | _GEN_14 | ~(step == 4'h8 & into_done)) begin
     end
     else
       part <= part + 2'h1;
-    if (_GEN_1 | _GEN_2 | ~_GEN_3) begin
+    if (_GEN_6 | _GEN_7 | ~_GEN_8) begin
     end
     else
       word <= from_data;
-    if (~(_GEN_1 | _GEN_2 | _GEN_3)) begin
-      if (_GEN_4) begin
-        if (_GEN_5)
+    if (~(_GEN_6 | _GEN_7 | _GEN_8)) begin
+      if (_GEN_9) begin
+        if (_GEN_1)
           slot <=
-            _GEN_12[0]
+            _GEN_5[0]
               ? 3'h0
-              : _GEN_12[1]
+              : _GEN_5[1]
                   ? 3'h1
-                  : _GEN_12[2]
-                      ? 3'h2
-                      : _GEN_12[3] ? 3'h3 : _GEN_12[4] ? 3'h4 : _GEN_12[5] ? 3'h5 : {2'h3, ~(_GEN_12[6])};
+                  : _GEN_5[2] ? 3'h2 : _GEN_5[3] ? 3'h3 : _GEN_5[4] ? 3'h4 : _GEN_5[5] ? 3'h5 : {2'h3, ~(_GEN_5[6])};
         else
           at <= 3'h0;
-        found <= _GEN_5 & found;
+        found <= _GEN_1 & found;
       end
       else begin
-        if (_GEN_6 & (~(_isFree_T[0]) | _GEN_14))
+        if (_GEN_10 & (~(_isFree_T[0]) | _GEN_11))
           slot <= at;
-        if (_GEN_6) begin
-          if (_isFree_T[0] & _GEN_7)
+        if (_GEN_10) begin
+          if (_isFree_T[0] & _GEN_2)
             at <= at + 3'h1;
-          found <= _isFree_T[0] & _GEN_14 | found;
+          found <= _isFree_T[0] & _GEN_11 | found;
         end
         else begin
-          if (_GEN_13) begin
+          if (_GEN_16) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_13 & found;
+          found <= _GEN_16 & found;
         end
       end
     end
-    drops <= ~_GEN_1 & (~(_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8) & _GEN_9 & ~(_GEN_10[0]) | drops);
-    if (_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | ~(_GEN_6 & _isFree_T[0] & _GEN_14)) begin
+    drops <= ~_GEN_6 & (~(_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_15) & _GEN_14 & ~(_GEN_3[0]) | drops);
+    if (_GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | ~(_GEN_10 & _isFree_T[0] & _GEN_11)) begin
     end
     else
       lastKey <= into_key;
@@ -9099,14 +9307,14 @@ module Bridge(
   assign from_read_bits = {place, part};
   assign from_busy = |step;
   assign into_evict = step == 4'h5 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
-  assign into_job_valid = step == 4'h7 | counts | looks & ~(_skips_T[0]) & _isFree_T[0];
+  assign into_job_valid = step == 4'h8 | counts | looks & ~(_skips_T[0]) & _isFree_T[0];
   assign into_job_bits_source = target;
   assign into_job_bits_target = target;
   assign into_job_bits_write = ~looks;
   assign into_job_bits_counts = counts;
   assign into_job_bits_bytes = counts | _into_job_bits_data_T ? 4'h1 : {4{~looks}};
   assign into_job_bits_data = _into_job_bits_data_T ? {28'h0, word[3:0]} : word;
-  assign into_append_valid = step == 4'h8;
+  assign into_append_valid = step == 4'h9;
   assign into_append_bits = {1'h1, slot};
 endmodule
 
@@ -9148,112 +9356,117 @@ module Bridge_1(
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
-  wire        counts = step == 4'h9;
+  wire        counts = step == 4'hA;
   wire        looks = step == 4'h4;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
   wire        _into_job_bits_data_T = part == 2'h1;
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   wire [7:0]  _GEN_0 = {5'h0, slot};
-  wire        _GEN_1 = step == 4'h0;
-  wire        _GEN_2 = step == 4'h1;
-  wire        _GEN_3 = step == 4'h2;
-  wire        _GEN_4 = step == 4'h3;
-  wire        _GEN_5 = into_pending != 8'hFF;
-  wire        _GEN_6 = step == 4'h4;
-  wire        _GEN_7 = _skips_T[0] | into_done;
-  wire        _GEN_8 = step == 4'h5;
-  wire        _GEN_9 = step == 4'h6;
-  wire [7:0]  _GEN_10 = into_pending >> _GEN_0;
-  wire        _GEN_11 = step == 4'h7;
+  wire        _GEN_1 = into_pending != 8'hFF;
+  wire        _GEN_2 = _skips_T[0] | into_done;
+  wire [7:0]  _GEN_3 = into_pending >> _GEN_0;
+  reg  [3:0]  casez_tmp;
+  wire [3:0]  _GEN_4 = step == 4'hA & into_done ? 4'h0 : step;
+  always @(*) begin
+    casez (step)
+      4'b0000:
+        casez_tmp = from_taken_valid ? 4'h1 : step;
+      4'b0001:
+        casez_tmp = from_ready ? 4'h2 : step;
+      4'b0010:
+        casez_tmp = part == 2'h0 ? 4'h3 : 4'h8;
+      4'b0011:
+        casez_tmp = _GEN_1 ? 4'h8 : 4'h4;
+      4'b0100:
+        casez_tmp = _isFree_T[0] ? (_GEN_2 & (&at) ? 4'h5 : step) : 4'h8;
+      4'b0101:
+        casez_tmp = isBetter ? 4'h6 : 4'hA;
+      4'b0110:
+        casez_tmp = 4'h7;
+      4'b0111:
+        casez_tmp = _GEN_3[0] ? 4'h4 : 4'h8;
+      4'b1000:
+        casez_tmp = into_done ? {&part, 3'h1} : step;
+      4'b1001:
+        casez_tmp = into_appended ? (drops ? 4'hA : 4'h0) : step;
+      4'b1010:
+        casez_tmp = _GEN_4;
+      4'b1011:
+        casez_tmp = _GEN_4;
+      4'b1100:
+        casez_tmp = _GEN_4;
+      4'b1101:
+        casez_tmp = _GEN_4;
+      4'b1110:
+        casez_tmp = _GEN_4;
+      default:
+        casez_tmp = _GEN_4;
+    endcase
+  end // always @(*)
   always @(posedge clock or posedge reset) begin
     if (reset)
       step <= 4'h0;
-    else if (_GEN_1) begin
-      if (from_taken_valid)
-        step <= 4'h1;
-    end
-    else if (_GEN_2) begin
-      if (from_ready)
-        step <= 4'h2;
-    end
-    else if (_GEN_3)
-      step <= {1'h0, |part, 2'h3};
-    else if (_GEN_4)
-      step <= _GEN_5 ? 4'h7 : 4'h4;
-    else if (_GEN_6) begin
-      if (_isFree_T[0]) begin
-        if (_GEN_7 & (&at))
-          step <= 4'h5;
-      end
-      else
-        step <= 4'h7;
-    end
-    else if (_GEN_8)
-      step <= isBetter ? 4'h6 : 4'h9;
-    else if (_GEN_9)
-      step <= _GEN_10[0] ? 4'h4 : 4'h7;
-    else if (_GEN_11) begin
-      if (into_done)
-        step <= (&part) ? 4'h8 : 4'h1;
-    end
-    else if (step == 4'h8) begin
-      if (into_appended)
-        step <= drops ? 4'h9 : 4'h0;
-    end
-    else if (step == 4'h9 & into_done)
-      step <= 4'h0;
+    else
+      step <= casez_tmp;
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_12 = ~(into_pending[6:0]);
-  wire        _GEN_13 = _GEN_8 | ~(_GEN_9 & _GEN_10[0]);
-  wire        _GEN_14 = _GEN_7 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire [6:0]  _GEN_5 = ~(into_pending[6:0]);
+  wire        _GEN_6 = step == 4'h0;
+  wire        _GEN_7 = step == 4'h1;
+  wire        _GEN_8 = step == 4'h2;
+  wire        _GEN_9 = step == 4'h3;
+  wire        _GEN_10 = step == 4'h4;
+  wire        _GEN_11 = _GEN_2 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_12 = step == 4'h5;
+  wire        _GEN_13 = step == 4'h6;
+  wire        _GEN_14 = step == 4'h7;
+  wire        _GEN_15 = _GEN_12 | _GEN_13;
+  wire        _GEN_16 = _GEN_15 | ~(_GEN_14 & _GEN_3[0]);
   always @(posedge clock) begin
-    if (_GEN_1) begin
+    if (_GEN_6) begin
       place <= from_taken_bits;
       part <= 2'h0;
     end
-    else if (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | ~(_GEN_11 & into_done)) begin
+    else if (_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12 | _GEN_13 | _GEN_14 | ~(step == 4'h8 & into_done)) begin
     end
     else
       part <= part + 2'h1;
-    if (_GEN_1 | _GEN_2 | ~_GEN_3) begin
+    if (_GEN_6 | _GEN_7 | ~_GEN_8) begin
     end
     else
       word <= from_data;
-    if (~(_GEN_1 | _GEN_2 | _GEN_3)) begin
-      if (_GEN_4) begin
-        if (_GEN_5)
+    if (~(_GEN_6 | _GEN_7 | _GEN_8)) begin
+      if (_GEN_9) begin
+        if (_GEN_1)
           slot <=
-            _GEN_12[0]
+            _GEN_5[0]
               ? 3'h0
-              : _GEN_12[1]
+              : _GEN_5[1]
                   ? 3'h1
-                  : _GEN_12[2]
-                      ? 3'h2
-                      : _GEN_12[3] ? 3'h3 : _GEN_12[4] ? 3'h4 : _GEN_12[5] ? 3'h5 : {2'h3, ~(_GEN_12[6])};
+                  : _GEN_5[2] ? 3'h2 : _GEN_5[3] ? 3'h3 : _GEN_5[4] ? 3'h4 : _GEN_5[5] ? 3'h5 : {2'h3, ~(_GEN_5[6])};
         else
           at <= 3'h0;
-        found <= _GEN_5 & found;
+        found <= _GEN_1 & found;
       end
       else begin
-        if (_GEN_6 & (~(_isFree_T[0]) | _GEN_14))
+        if (_GEN_10 & (~(_isFree_T[0]) | _GEN_11))
           slot <= at;
-        if (_GEN_6) begin
-          if (_isFree_T[0] & _GEN_7)
+        if (_GEN_10) begin
+          if (_isFree_T[0] & _GEN_2)
             at <= at + 3'h1;
-          found <= _isFree_T[0] & _GEN_14 | found;
+          found <= _isFree_T[0] & _GEN_11 | found;
         end
         else begin
-          if (_GEN_13) begin
+          if (_GEN_16) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_13 & found;
+          found <= _GEN_16 & found;
         end
       end
     end
-    drops <= ~_GEN_1 & (~(_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8) & _GEN_9 & ~(_GEN_10[0]) | drops);
-    if (_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | ~(_GEN_6 & _isFree_T[0] & _GEN_14)) begin
+    drops <= ~_GEN_6 & (~(_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_15) & _GEN_14 & ~(_GEN_3[0]) | drops);
+    if (_GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | ~(_GEN_10 & _isFree_T[0] & _GEN_11)) begin
     end
     else
       lastKey <= into_key;
@@ -9261,14 +9474,14 @@ module Bridge_1(
   assign from_read_valid = step == 4'h1;
   assign from_read_bits = {place, part};
   assign into_evict = step == 4'h5 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
-  assign into_job_valid = step == 4'h7 | counts | looks & ~(_skips_T[0]) & _isFree_T[0];
+  assign into_job_valid = step == 4'h8 | counts | looks & ~(_skips_T[0]) & _isFree_T[0];
   assign into_job_bits_source = target;
   assign into_job_bits_target = target;
   assign into_job_bits_write = ~looks;
   assign into_job_bits_counts = counts;
   assign into_job_bits_bytes = counts | _into_job_bits_data_T ? 4'h1 : {4{~looks}};
   assign into_job_bits_data = _into_job_bits_data_T ? {28'h0, word[3:0]} : word;
-  assign into_append_valid = step == 4'h8;
+  assign into_append_valid = step == 4'h9;
   assign into_append_bits = {1'h1, slot};
 endmodule
 
@@ -9376,6 +9589,7 @@ module ring_node_tp(
   wire [3:0]  _portF_relay_slots_ends_bits;
   wire        _portF_relay_slots_sent;
   wire        _portF_relay_slots_drops;
+  wire        _portF_relay_slots_holds;
   wire        _portF_relay_stamp_valid;
   wire [3:0]  _portF_relay_stamp_bits;
   wire [15:0] _portF_relay_time;
@@ -9577,6 +9791,7 @@ module ring_node_tp(
     .relay_slots_ends_bits      (_portF_relay_slots_ends_bits),
     .relay_slots_sent           (_portF_relay_slots_sent),
     .relay_slots_drops          (_portF_relay_slots_drops),
+    .relay_slots_holds          (_portF_relay_slots_holds),
     .relay_stamp_valid          (_portF_relay_stamp_valid),
     .relay_stamp_bits           (_portF_relay_stamp_bits),
     .relay_time                 (_portF_relay_time),
@@ -9687,6 +9902,7 @@ module ring_node_tp(
     .port_slots_ends_bits  (_portF_relay_slots_ends_bits),
     .port_slots_sent       (_portF_relay_slots_sent),
     .port_slots_drops      (_portF_relay_slots_drops),
+    .port_slots_holds      (_portF_relay_slots_holds),
     .port_stamp_valid      (_portF_relay_stamp_valid),
     .port_stamp_bits       (_portF_relay_stamp_bits),
     .port_time             (_portF_relay_time),

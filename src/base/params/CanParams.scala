@@ -20,7 +20,7 @@ final case class CanParams(
     filters: Int = 16,
     slots: Int = 16,
     coreClockMhz: Int = 50,
-    offerCycles: Int = 40,
+    offerCycles: Int = 56,
     bridge: Boolean = false
 ) {
   require(

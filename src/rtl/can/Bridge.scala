@@ -33,7 +33,7 @@ class BridgeInto(p: CanParams) extends Bundle {
   val pending = Output(UInt(slots.W))
   val held    = Output(UInt(slots.W))
 
-  /** Takes a slot back that waits and is not held in this cycle. */
+  /** Takes a slot back that waits and is not held: two cycles later it is seen whether it was. */
   val evict = Input(UInt(slots.W))
 
   /** To [[PortMemory]], and the word that was read, as a key of [[CanOrder]]. */
@@ -60,7 +60,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   val into = IO(Flipped(new BridgeInto(p)))
 
   private object Step extends ChiselEnum {
-    val idle, reads, comes, chooses, searches, evicts, evicted, copies, asks, counts = Value
+    val idle, reads, comes, chooses, searches, evicts, leaves, evicted, copies, asks, counts = Value
   }
   private val step  = RegInit(Step.idle) // reset: nothing is to be done
   private val place = Reg(UInt(ReceiveFifo.placeBits(p.rxFrames).W))
@@ -139,7 +139,8 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
         when(isLast) { step := Step.evicts }
       }
     }
-    is(Step.evicts) { step := Mux(isBetter, Step.evicted, Step.counts) }
+    is(Step.evicts) { step := Mux(isBetter, Step.leaves, Step.counts) }
+    is(Step.leaves) { step := Step.evicted }
     is(Step.evicted) {
       // It may have been begun in the last cycle.
       when(into.pending(slot)) { search() }.otherwise {

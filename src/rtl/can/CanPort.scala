@@ -196,6 +196,7 @@ class CanPort(
   states.sent          := happens.sent
 
   order.pending      := states.pending
+  order.leaving      := states.leaving
   order.changedNow   := states.aborted || RegNext(front.orders.requested || bridged, false.B)
   order.changedLate  := states.ended
   order.append.bits  := append.bits
@@ -320,7 +321,7 @@ class CanPort(
     r.append.valid := append.valid && r.on
     for (to <- r.busy; from <- bridgeFrom; busy <- from.busy) to := busy
     r.pending    := states.pending
-    r.abort      := front.orders.abort
+    r.abort      := RegNext(front.orders.abort, 0.U)
     r.oneShot    := control.oneShot
     r.stamped    := memory.done(1)
     r.orderReady := memory.orderReady

@@ -15,10 +15,11 @@ import flyframe.ram.DualPortRam
 class SlotOrder(p: CanParams) extends Module {
   private val slotBits = log2Ceil(p.slots)
 
-  /** Slots that wait or are being sent; they have changed, first seen in this cycle: by the host, or late, by
-    * a sample, which was taken three cycles ago.
+  /** Slots that wait or are being sent; of these, what may be so no longer in the next cycle. They have
+    * changed, first seen in this cycle: by the host, or late, by a sample, which was taken three cycles ago.
     */
   val pending     = IO(Input(UInt(p.slots.W)))
+  val leaving     = IO(Input(UInt(p.slots.W)))
   val changedNow  = IO(Input(Bool()))
   val changedLate = IO(Input(Bool()))
 
@@ -39,21 +40,31 @@ class SlotOrder(p: CanParams) extends Module {
   private val bank  = RegInit(false.B)
   private val count = RegInit(0.U((slotBits + 1).W)) // of the list in force
   private val walks = RegInit(false.B)
-  private val at    = Reg(UInt((slotBits + 1).W))    // the entry that the RAM gives
+  private val at    = Reg(UInt((slotBits + 1).W))    // the entry that is read next
   private val to    = Reg(UInt((slotBits + 1).W))    // how many go to the other list
-  private val gives = RegInit(false.B)               // it gives it now
-  private val has   = RegInit(false.B)               // `slot` is the entry in front of that
-  private val slot  = Reg(UInt(slotBits.W))
 
+  // Two entries are read ahead, so that what is read does not hang on whether a key can be. Reset: none is.
   private val list    = DualPortRam(SlotOrder.Words max 2 * p.slots, slotBits)(clock)
+  private val isThere = RegInit(false.B) // an entry
+  private val first   = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W))))
+  private val second  = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W))))
+  private val slot    = first.bits
   private val isAtEnd = at === count
-  private val wants   = walks && has && pending(slot)
+  private val wants   = first.valid && pending(slot)
   private val keeps   = wants && ready
-  private val moves   = !has || !wants || ready
-  private val takes   = gives && !isAtEnd && moves
-  private val nextAt  = at + takes
+  private val stays   = wants && !ready
+  private val isRoom  = !(first.valid && second.valid) && !(isThere && (first.valid || second.valid))
+  private val reads   = walks && !isAtEnd && isRoom
   read.valid := wants
   read.bits  := slot
+  isThere    := reads
+  when(reads) { at := at + 1.U }
+  when(!stays) {
+    first.valid := second.valid || isThere
+    first.bits  := Mux(second.valid, second.bits, list.io.readData)
+  }
+  second.valid := isThere && (stays || second.valid) || (stays && second.valid)
+  when(isThere) { second.bits := list.io.readData }
 
   // A key comes in the cycle behind its read, and is compared in the next.
   private val comes    = RegNext(keeps && !changed, false.B)
@@ -63,21 +74,15 @@ class SlotOrder(p: CanParams) extends Module {
   private val found    = RegInit(false.B) // the best so far is one; reset: none
   private val bestKey  = Reg(UInt(32.W))
   private val bestSlot = Reg(UInt(slotBits.W))
-  private val isDone   = walks && gives && isAtEnd && !has && !comes && !compares
+  private val isDone   = walks && isAtEnd && !isThere && !first.valid && !second.valid && !comes && !compares
 
   appended             := append.valid && !walks && !changed
-  list.io.readAddress  := bank ## nextAt(slotBits - 1, 0)
+  list.io.readAddress  := bank ## at(slotBits - 1, 0)
   list.io.write        := appended || keeps
   list.io.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
   list.io.writeData    := Mux(appended, append.bits, slot)
   when(appended) { count := count + 1.U }
-  when(moves) { slot := list.io.readData }
-  when(walks) {
-    gives := true.B
-    has   := takes || !moves
-    at    := nextAt
-    to    := to + keeps
-  }
+  when(keeps) { to := to + 1.U }
   when(compares && (!found || thisKey < bestKey)) {
     found    := true.B
     bestKey  := thisKey
@@ -89,14 +94,15 @@ class SlotOrder(p: CanParams) extends Module {
     count := to
   }
   when(changed) {
-    walks := true.B
-    gives := false.B
-    has   := false.B
-    at    := 0.U
-    to    := 0.U
-    found := false.B
-    bank  := bank
-    count := count
+    walks        := true.B
+    isThere      := false.B
+    first.valid  := false.B
+    second.valid := false.B
+    at           := 0.U
+    to           := 0.U
+    found        := false.B
+    bank         := bank
+    count        := count
   }
 
   // What was found counts a fixed time behind the last change.
@@ -123,7 +129,7 @@ class SlotOrder(p: CanParams) extends Module {
     offered.valid := before.valid && pending(before.slot)
   }
   offer       := offered
-  offer.valid := offered.valid && pending(offered.slot)
+  offer.valid := offered.valid && pending(offered.slot) && !leaving(offered.slot)
 }
 
 object SlotOrder {

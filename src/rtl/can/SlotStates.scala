@@ -12,6 +12,9 @@ class RelaySlots(p: CanParams) extends Bundle {
   val ends  = Valid(UInt(log2Ceil(p.slots).W))
   val sent  = Bool()
   val drops = Bool()
+
+  /** It is decided which slots begin: none is given up or taken back. */
+  val holds = Bool()
 }
 
 /** Which slots are pending, which have been sent, which have failed (CAN-40, CB-04, CB-12).
@@ -27,7 +30,9 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
 
   val oneShot = IO(Input(Bool()))
 
-  /** Orders of the host. A slot that is requested becomes pending in the next cycle. */
+  /** Orders of the host. A slot that is requested becomes pending in the next cycle; one that is aborted or
+    * taken back, or whose attempt is over, is pending for one cycle more.
+    */
   val request     = IO(Input(Valid(UInt(slotBits.W))))
   val abort       = IO(Input(UInt(p.slots.W)))
   val clearSent   = IO(Input(UInt(p.slots.W)))
@@ -38,18 +43,22 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   val ends  = IO(Input(Bool()))
   val sent  = IO(Input(Bool()))
 
-  /** A bridge takes slots back that are not on the wire; those that are, at this moment. */
+  /** A bridge takes slots back that are not on the wire; those that are, as far as is known: one that begins
+    * in this cycle stays, too.
+    */
   val evict: Option[UInt] = Option.when(p.bridge)(IO(Input(UInt(bridgeSlots.size.W))))
   val held: Option[UInt]  = Option.when(p.bridge)(IO(Output(UInt(bridgeSlots.size.W))))
 
+  /** Slots that are pending; those that are not to begin, as they may be given up in this cycle. */
   val pending   = IO(Output(UInt(p.slots.W)))
+  val leaving   = IO(Output(UInt(p.slots.W)))
   val sentAll   = IO(Output(UInt(p.slots.W)))
   val failedAll = IO(Output(UInt(p.slots.W)))
 
   /** The slot that is or was on the wire. */
   val current = IO(Output(UInt(slotBits.W)))
 
-  /** A slot has left `pending`, first seen in this cycle: by an abort, or by the end of an attempt. */
+  /** A slot leaves `pending` with this cycle: by an abort, or by the end of an attempt. */
   val aborted = IO(Output(Bool()))
   val ended   = IO(Output(Bool()))
 
@@ -62,33 +71,42 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val last   = Reg(UInt(slotBits.W))
   private val isOnIt = onWire || takes.valid
 
-  // The slot that is begun or was begun last, or, in relay mode, the one that is done. An attempt ends long
-  // behind its beginning. An order to abort it counts up to that cycle.
-  private val ofRelay    = relay.fold(false.B)(_.ends.valid)
-  private val slot       = Mux(takes.valid, takes.bits, last)
-  private val one        = UIntToOH(relay.fold(slot)(r => Mux(ofRelay, r.ends.bits, slot)), p.slots)
-  private val abortsIt   = (aborts && !takes.valid) || (abort & one).orR
-  private val over       = ends && (sent || oneShot || abortsIt)
-  private val onIt       = Mux(isOnIt, one, 0.U)
-  private val goes       = abort | evict.fold(0.U)(_ << bridgeSlots.start)
-  private val mayGo      = goes & waits & ~onIt
-  private val gone       = relay.fold(mayGo)(r => (mayGo & ~r.begun) | Mux(r.drops, waits, 0.U))
-  private val doneOne    = Mux(over || ofRelay, one, 0.U)
-  private val isWell     = relay.fold(sent)(r => Mux(ofRelay, r.sent, sent))
-  private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
-  waits  := (waits & ~gone & ~doneOne) | requestOne
-  well   := (well & ~clearSent & ~requestOne) | Mux(isWell, doneOne, 0.U)
-  badly  := (badly & ~clearFailed & ~requestOne) | gone | Mux(isWell, 0.U, doneOne)
-  last   := Mux(takes.valid, takes.bits, last)
-  onWire := isOnIt && !ends
+  // The slot that is begun or was begun last. An attempt ends long behind its beginning. An order to abort it
+  // counts up to that cycle.
+  private val abortsIt = (aborts && !takes.valid) || Mux(takes.valid, abort(takes.bits), abort(last))
+  private val drops    = relay.fold(false.B)(_.drops)
+  private val over     = isOnIt && ends && (sent || oneShot || abortsIt)
+  when(takes.valid) { last := takes.bits }
+  onWire := isOnIt && !ends && !drops
   aborts := isOnIt && !ends && abortsIt
 
-  held.foreach(_ := ((onIt | relay.fold(0.U(p.slots.W))(_.begun)) >> bridgeSlots.start))
+  // What is given up is told a cycle later from what was begun meanwhile. Reset: nothing leaves.
+  private val leaves  = RegNext(abort | evict.fold(0.U)(_ << bridgeSlots.start), 0.U(p.slots.W))
+  private val isOver  = RegNext(over && !drops, false.B)
+  private val isSent  = RegNext(sent)
+  private val ofRelay = relay.fold(false.B)(_.ends.valid)
+  private val one     = UIntToOH(relay.fold(last)(r => Mux(ofRelay, r.ends.bits, last)), p.slots)
+  private val doneOne = Mux(isOver || ofRelay, one, 0.U)
+  private val onIt    = Mux(onWire || isOver || ofRelay, one, 0.U)
+  private val mayGo   = leaves & waits & ~onIt
+  private val gone =
+    relay.fold(mayGo)(r => Mux(r.holds, 0.U, mayGo & ~r.begun) | Mux(drops, waits & ~doneOne, 0.U))
+  private val isWell     = relay.fold(isSent)(r => Mux(ofRelay, r.sent, isSent))
+  private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
+  waits := (waits & ~gone & ~doneOne) | requestOne
+  well  := (well & ~clearSent & ~requestOne) | Mux(isWell, doneOne, 0.U)
+  badly := (badly & ~clearFailed & ~requestOne) | gone | Mux(isWell, 0.U, doneOne)
+
+  held.foreach { h =>
+    val onBus = Mux(onWire, UIntToOH(last, p.slots), 0.U)
+    h := (onBus | relay.fold(0.U(p.slots.W))(_.begun)) >> bridgeSlots.start
+  }
 
   pending   := waits
   sentAll   := well
   failedAll := badly
   current   := last
-  aborted   := RegNext(gone.orR, false.B)
-  ended     := RegNext(over || ofRelay, false.B)
+  leaving   := leaves
+  aborted   := gone.orR
+  ended     := isOver || RegNext(ofRelay, false.B)
 }

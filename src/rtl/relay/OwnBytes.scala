@@ -18,25 +18,25 @@ class OwnBytes(slotBits: Int) extends Module {
   val load = IO(Output(Valid(UInt((slotBits + 2).W))))
   val data = IO(Input(UInt(32.W)))
 
-  // A byte a cycle. Reset: nothing was asked for.
-  private val grants  = Wire(Vec(2, Bool()))
-  private val answers = RegNext(grants, VecInit(false.B, false.B))
-  grants(0) := fetch(0).valid && !answers(0)
-  grants(1) := fetch(1).valid && !answers(1) && !grants(0)
+  // One byte at a time, in three steps: the word is read; it is there; the byte is. Reset: none is asked for.
+  private val steps = RegInit(0.U(3.W))
+  private val port  = Reg(UInt(1.W))
+  private val at    = Reg(UInt(5.W))
+  private val idle  = steps === 0.U
+  steps := steps(1, 0) ## (idle && (fetch(0).valid || fetch(1).valid))
+  when(idle) {
+    port := !fetch(0).valid
+    at   := Mux(fetch(0).valid, fetch(0).bits, fetch(1).bits)
+  }
 
-  private val asked  = Mux(grants(0), fetch(0).bits, fetch(1).bits)
-  private val header = Mux(grants(0), leaves(0), leaves(1))
-  private val behind = asked - FirstData.U // the identifier comes down from the fourth byte of its word
-  private val isData = asked >= FirstData.U
-  private val isDlc  = asked === (FirstData - 1).U
-  load.valid := grants.asUInt.orR && asked(4, 2) =/= 0.U && !header.isLife
-  load.bits  := header.slot ## Mux(isData, 1.U(1.W) ## behind(2), isDlc)
+  private val of     = Mux(port.asBool, leaves(1), leaves(0))
+  private val behind = at - FirstData.U // the identifier comes down from the fourth byte of its word
+  private val isData = at >= FirstData.U
+  private val isDlc  = at === (FirstData - 1).U
+  load.valid := steps(0) && at(4, 2) =/= 0.U && !of.isLife
+  load.bits  := of.slot ## Mux(isData, 1.U(1.W) ## behind(2), isDlc)
 
-  // In the next cycle.
-  private val at     = RegNext(asked)
-  private val of     = RegNext(header)
-  private val port   = RegNext(!grants(0))
-  private val lane   = RegNext(Mux(isData, behind(1, 0), Mux(isDlc, 0.U, ~asked(1, 0))))
+  private val lane   = Mux(isData, behind(1, 0), Mux(isDlc, 0.U, ~at(1, 0)))
   private val byte   = Lanes.bytes(data, 4)(lane)
   private val isLong = data(31)
   private val kind   = 0.U(1.W) ## of.isLife
@@ -54,8 +54,8 @@ class OwnBytes(slotBits: Int) extends Module {
       ((FirstData - 1).U -> Mux(of.isLife, 0.U, byte(3, 0)))
   )
   for (p <- 0 to 1) {
-    fetched(p).valid := answers(p)
-    fetched(p).bits  := shown
+    fetched(p).valid := steps(2) && port === p.U
+    fetched(p).bits  := RegNext(shown)
   }
   private def FirstData = 9
 }

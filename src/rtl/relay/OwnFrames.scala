@@ -54,7 +54,7 @@ class OwnFrames(p: CanParams) extends Module {
   /** The node starts anew (RB-13). */
   val restart = IO(Input(Bool()))
 
-  /** 10 us are over; the last cycle of a bit; ports that are up, two cycles behind it at the latest. */
+  /** 10 us are over; the last cycle of a bit; ports that are up, from the cycle behind it on. */
   val unit = IO(Input(Bool()))
   val tick = IO(Input(Bool()))
   val isUp = IO(Input(Vec(2, Bool())))
@@ -67,15 +67,17 @@ class OwnFrames(p: CanParams) extends Module {
   val pending = IO(Input(UInt(p.slots.W)))
   val abort   = IO(Input(UInt(p.slots.W)))
 
-  /** Slots on their way; one that is done, and whether it was sent. */
+  /** Slots on their way; it is decided what begins; a slot that is done, and whether it was sent. */
   val begun = IO(Output(UInt(p.slots.W)))
+  val holds = IO(Output(Bool()))
   val ends  = IO(Output(Valid(UInt(slotBits.W))))
   val sent  = IO(Output(Bool()))
 
   /** To [[SlotList]]. */
   val walk   = IO(Output(Bool()))
-  val entry  = IO(Input(Valid(new ListedSlot(slotBits))))
   val coming = IO(Input(UInt(slotBits.W)))
+  val nears  = IO(Input(Valid(UInt(slotBits.W)))) // it comes by next
+  val entry  = IO(Input(Valid(new ListedSlot(slotBits))))
   val keeps  = IO(Output(Bool()))
   val look   = IO(Output(UInt(slotBits.W)))
   val looked = IO(Input(UInt(SlotList.KeyBits.W)))
@@ -106,7 +108,7 @@ class OwnFrames(p: CanParams) extends Module {
   private val aborted    = RegInit(0.U(p.slots.W))
   private val listens    = state === State.listens
   private val announces  = state === State.announces
-  aborted := (aborted | (abort & begunMap)) & pending
+  aborted := (aborted | (abort & (begunMap | Fill(p.slots, holds)))) & pending
 
   // ---- when ----
 
@@ -114,7 +116,8 @@ class OwnFrames(p: CanParams) extends Module {
   when(phase =/= Rest.U) { phase := phase + 1.U }
   when(tick) { phase := 1.U }
   walk := phase === Walk.U
-  private val isFirst = phase === (Walk + 1).U // the start of a life, in front of the list
+  private val nearsFirst = phase === (Walk + 1).U // the start of a life, in front of the list
+  private val isFirst    = RegNext(nearsFirst, false.B)
 
   private val unitSeen = RegInit(false.B) // in this bit; reset: not yet
   private val unitNow  = RegInit(false.B) // in the one behind which we are; reset: likewise
@@ -123,12 +126,12 @@ class OwnFrames(p: CanParams) extends Module {
 
   // Ports before and behind what happened to them in this bit.
   private val wereUp = RegInit(VecInit(false.B, false.B)) // reset: down
-  private val down   = (0 to 1).map(p => wereUp(p) && !isUp(p))
-  private val alone  = !isUp(0) && !isUp(1)
+  private val down   = (0 to 1).map(p => RegNext(wereUp(p) && !isUp(p)))
+  private val alone  = RegNext(!isUp(0) && !isUp(1))
 
   // What is or was being sent last by each port. Reset: nothing.
   private val leavesReg = RegInit(0.U.asTypeOf(Vec(2, new OwnHeader(slotBits))))
-  private val isSending = (0 to 1).map(q => sending(q) && leavesReg(q).valid && !down(q))
+  private val isSending = (0 to 1).map(q => RegNext(sending(q) && leavesReg(q).valid) && !down(q))
   leaves := leavesReg
   when(phase === Looks(0).U) { wereUp := isUp }
 
@@ -154,8 +157,8 @@ class OwnFrames(p: CanParams) extends Module {
     }
   }
 
-  // One behind the other; the second one in the cycle that begins the walk.
-  private val isSecond = walk
+  // One behind the other.
+  private val isSecond = RegNext(phase === Judges(0).U)
   private val due      = Mux(isSecond, homes(1), homes(0))
   private val isUsed   = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
   private val ahead    = due.sequence - next // below it by 1 to 16: on its way
@@ -177,55 +180,76 @@ class OwnFrames(p: CanParams) extends Module {
   private val records = DualPortRam(Words, (new OwnRecord).getWidth)(clock)
   records.io.readAddress := Mux(walk, Life.U, coming)
 
-  private val listed = entry.bits.slot
-  private val isIt   = leavesReg.map(h => Mux(isFirst, h.isLife, !h.isLife && h.slot === listed))
-
-  // The slot that is looked at: of the walk, and behind it what is next at a port.
-  private val choice    = Module(new OwnChoice(p))
-  private val looked1   = phase === Decides(1).U
-  private val it        = Mux(looked1, choice.next(1).bits, choice.next(0).bits)
-  private val slot      = Mux(entry.valid, listed, it.slot)
-  private val isPending = pending(slot)
-  private val isBegun   = begunMap(slot)
-  private val isOnWay   = Mux(isFirst, announces, isBegun)
+  // A cycle in front of that it is known which one it is, and its record is there. Behind the walk: the slot
+  // that is next at a port.
+  private val choice     = Module(new OwnChoice(p))
+  private val asked1     = phase === Decides(1).U
+  private val asked      = Mux(asked1, choice.next(1).bits, choice.next(0).bits)
+  private val it         = RegNext(asked)  // it may begin
+  private val second     = RegNext(asked1) // at this port
+  private val isPending  = pending(Mux(nears.valid, nears.bits, asked.slot))
+  private val isBegun    = begunMap(Mux(nears.valid, nears.bits, it.slot))
+  private val listed     = entry.bits.slot
+  private val record     = records.io.readData.asTypeOf(new OwnRecord)
+  private val was        = RegNext(record)
+  private val wasWaiting = RegNext(isPending)
+  private val wasBegun   = RegNext(isBegun)
+  private val isAborted  = RegNext(aborted(nears.bits))
+  private val isOnWay    = Mux(isFirst, announces, wasBegun)
+  private val isItSoon =
+    leavesReg.map(h => Mux(nearsFirst, h.isLife, !h.isLife && h.slot === nears.bits))
+  private val isIt = isItSoon.map(RegNext(_))
 
   // What a port has begun with the last decision; and that it has got a sequence. Reset: nothing.
   private val began    = RegInit(VecInit(false.B, false.B))
   private val beganNew = RegInit(VecInit(false.B, false.B))
-  private val hasBegun = (0 to 1).map(q => began(q) && isIt(q))
-  private val isFresh  = (0 to 1).map(q => beganNew(q) && isIt(q)).reduce(_ || _)
+  private val hasBegun = (0 to 1).map(q => RegNext(began(q) && isItSoon(q)))
+  private val isBegin  = RegNext((0 to 1).map(q => began(q) && isItSoon(q)).reduce(_ || _))
+  private val isNewest = (0 to 1).map(q => beganNew(q) && isItSoon(q)).reduce(_ || _)
+  private val isFresh  = RegNext(isNewest)
+
+  // Whether the copies that came home are of it.
+  private val latest = (next - 1.U)(SequenceBits - 1, 0)
+  private val isTheirs = homes.map { h =>
+    val low = h.sequence(SequenceBits - 1, 0)
+    RegNext(Mux(isNewest, low === latest, low === record.sequence))
+  }
 
   // What was decided, then ports that have gone down, then copies that came home.
-  private val was      = records.io.readData.asTypeOf(new OwnRecord)
   private val r0       = WireDefault(was)
-  private val doubling = Mux(r0.repeats > MostDoublings.U, MostDoublings.U, r0.repeats(2, 0))
-  private val left     = Mux(hasBegun.reduce(_ || _), setting.confirm << doubling, was.left)(LeftBits - 1, 0)
-  r0.left := left - (unitNow && !left.andR)
+  private val doubling = Mux(was.repeats > MostDoublings.U, MostDoublings.U, was.repeats(2, 0))
+  private val confirm  = setting.confirm.pad(LeftBits)
+  private val isZero   = Mux(isBegin, setting.confirm === 0.U, was.left === 0.U)
+  private val isPast   = !isBegin && was.left.andR
+  private val isTime   = isPast || (isZero && unitNow) // when a unit is taken off, all ones are left
+  when(isBegin) { r0.left := Mux(isFresh, confirm, (confirm << doubling)(LeftBits - 1, 0)) }
   when(isFresh) {
-    r0.sequence := next - 1.U
+    r0.sequence := latest
     r0.repeats  := 0.U
     for (q <- 0 to 1) r0.copies(q) := Mux(wereUp(q), Waits.U, None.U)
   }
   for (q <- 0 to 1) when(hasBegun(q)) { r0.copies(q) := Sent.U }
   private val r1 = WireDefault(r0)
   for (q <- 0 to 1) when(down(q)) { r1.copies(q) := None.U }
-  private val r2 = WireDefault(r1)
-  private val came =
-    (0 to 1).map(q => isOwn(q) && (isFirst || homes(q).sequence(SequenceBits - 1, 0) === r0.sequence))
+  private val r2   = WireDefault(r1)
+  private val came = (0 to 1).map(q => isOwn(q) && (isFirst || isTheirs(q)))
   for (q <- 0 to 1) when(came(q) && r1.copies(q) === Sent.U) { r2.copies(q) := Home.U }
   private val allRound    = (0 to 1).map(q => came(q) && homes(q).leftBy =/= q.U).reduce(_ || _)
   private val isConfirmed = allRound || r0.isHome || r1.isHome || r2.isHome
 
   // ---- what becomes of it ----
 
-  private val isSent    = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
-  private val isOver    = r0.left.andR && !r2.copies.map(_ === Waits.U).reduce(_ || _)
-  private val isUseless = (aborted(listed) && !isFirst) || setting.oneShot || r0.repeats >= setting.retries
+  private val isSent = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
+  private val isOver = isTime && !r2.copies.map(_ === Waits.U).reduce(_ || _)
+  private val isUseless = (isAborted && !isFirst) || setting.oneShot ||
+    Mux(isFresh, setting.retries === 0.U, was.repeats >= setting.retries)
   private val acts      = setting.on && isOnWay && !isSent
   private val expires   = acts && !isConfirmed && !alone && !listens && isOver && !inConflict
   private val repeats   = expires && !isUseless
   private val well      = acts && isConfirmed
-  private val isLost    = alone && setting.on && !isFirst && !isOnWay && isPending
+  private val isWaiting = setting.on && !isFirst && !isOnWay && wasWaiting
+  private val isGivenUp = isWaiting && isAborted
+  private val isLost    = isGivenUp || (isWaiting && alone)
   private val fails     = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
   private val isDone    = well || fails
   private val r3        = WireDefault(r2)
@@ -237,7 +261,7 @@ class OwnFrames(p: CanParams) extends Module {
 
   // The node listens; when that is over it tells its life (FR-61).
   private val isListening = setting.on && listens && !alone && setting.address =/= 0.U
-  private val tells       = isListening && isCounting && r0.left.andR && begunMap === 0.U && !isSent
+  private val tells       = isListening && isCounting && isTime && begunMap === 0.U && !isSent
   private val lifeWaits   = Reg(Vec(2, Bool()))
   when(isFirst && listens) {
     r3.repeats := 0.U
@@ -251,16 +275,23 @@ class OwnFrames(p: CanParams) extends Module {
   }
 
   private val isSlot = entry.valid
-  keeps                   := isPending && !isDone
-  ends.valid              := isSlot && isDone
-  ends.bits               := listed
-  sent                    := well
-  counts.confirmed        := isSlot && well
-  counts.failed           := isSlot && fails
-  counts.repeated         := (isSlot || isFirst) && repeats
-  records.io.write        := isSlot || isFirst
-  records.io.writeAddress := Mux(isFirst, Life.U, listed)
-  records.io.writeData    := r3.asUInt
+  keeps            := wasWaiting && !isDone
+  ends.valid       := RegNext(isSlot && isDone, false.B) && setting.on
+  ends.bits        := RegNext(listed)
+  sent             := RegNext(well)
+  counts.confirmed := ends.valid && sent
+  counts.failed    := ends.valid && !sent && !RegNext(isGivenUp)
+  counts.repeated  := (isSlot || isFirst) && repeats
+
+  // It is written a cycle later. Reset: nothing is.
+  private val stays    = RegNext(r3)
+  private val isListen = isFirst && listens && !isCounting
+  private val isLess   = RegNext(unitNow && !isPast && !isListen)
+  records.io.write        := RegNext(isSlot || isFirst, false.B)
+  records.io.writeAddress := RegNext(Mux(isFirst, Life.U, listed))
+  private val written = WireDefault(stays)
+  written.left         := stays.left - isLess
+  records.io.writeData := written.asUInt
 
   // ---- what is next, and begins ----
 
@@ -277,7 +308,7 @@ class OwnFrames(p: CanParams) extends Module {
   order := Mux(Mux(phase === (Looks(0) + 1).U, lifeWaits(0), lifeWaits(1)), 0.U, looked)
 
   private val isAble    = setting.on && !inConflict && setting.address =/= 0.U && !listens
-  private val isLife1   = Mux(looked1, lifeWaits(1), lifeWaits(0)) // at the port that decides
+  private val isLife1   = Mux(second, lifeWaits(1), lifeWaits(0))
   private val nextIsNew = begins.asUInt.orR && !isLife1 && it.isNew && !isBegun
   private val nextLow   = next(SequenceBits - 1, 0)
   private val nextHigh  = next(SequenceWidth - 1, SequenceBits)
@@ -307,11 +338,12 @@ class OwnFrames(p: CanParams) extends Module {
     next    := next + 1.U
     isAhead := true.B
   }
-  private val oneSlot = UIntToOH(slot, p.slots)
+  private val oneSlot = UIntToOH(Mux(ends.valid, ends.bits, it.slot), p.slots)
   when(ends.valid) { begunMap := begunMap & ~oneSlot }
   when(nextIsNew) { begunMap := begunMap | oneSlot }
 
   begun    := begunMap
+  holds    := setting.on && phase >= Decides(0).U && phase < Rest.U
   conflict := inConflict
   when(restart || !setting.on) {
     state      := State.listens
@@ -333,7 +365,7 @@ object OwnFrames {
 
   // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
   private val Judges  = Seq(1, 2) // copies that came home
-  private val Walk    = 2
+  private val Walk    = 1
   private val Looks   = PassingOn.Decisions.map(_ - 2)
   private val Decides = PassingOn.Decisions
   private val Rest    = PassingOn.Rest

@@ -37,11 +37,12 @@ class PassingOn extends Module {
   /** The last core cycle of a bit, in which everything counts that follows. */
   val tick = IO(Output(Bool()))
 
-  /** The ports as they count; they change in front of all else. */
+  /** The ports as they count from the cycle behind `tick` on. */
   val isUp = IO(Output(Vec(2, Bool())))
 
   /** Own frames: one wants to leave by a port next, in the cycle in which that `decides`; its CAN order, in
-    * the cycle before. If it begins then, its bytes are fetched, as those of [[FrameStore]], one at a time.
+    * the cycle before. If it begins in the cycle behind that, its bytes are fetched, as those of
+    * [[FrameStore]], one at a time.
     */
   val offer   = IO(Input(Vec(2, Bool())))
   val order   = IO(Input(UInt(32.W)))
@@ -73,24 +74,23 @@ class PassingOn extends Module {
 
   // ---- bits and ports ----
 
-  // Reset: a bit begins, ports are down.
+  // Another length of bits counts a cycle later. Reset: a bit begins, ports are down.
+  private val setting = LinkSetting.of(bitCycles)
+  private val renew   = RegNext(bitCycles =/= RegNext(bitCycles), false.B)
   private val cycle   = RegInit(0.U(8.W))
-  private val renew   = bitCycles =/= RegNext(bitCycles, 0.U)
   private val isFirst = renew || cycle === 0.U
-  private val place   = Mux(renew, 0.U, cycle)
   private val upReg   = RegInit(VecInit(false.B, false.B))
   private val upNow   = VecInit((0 to 1).map(p => Mux(isFirst, up(p), upReg(p))))
   private val changed = (0 to 1).map(p => upNow(p) =/= upReg(p))
   upReg := upNow
-  tick  := place === bitCycles - 1.U
-  cycle := Mux(tick, 0.U, place + 1.U)
+  tick  := !renew && cycle === setting.last
+  cycle := Mux(tick, 0.U, Mux(renew, 0.U, cycle) + 1.U)
 
   private val phase = RegInit(Rest.U(5.W)) // cycles since `tick`; reset: nothing is to be done
   when(phase =/= Rest.U) { phase := phase + 1.U }
   when(tick) { phase := 1.U }
   private def isPhase(n: Int) = phase === n.U
 
-  private val setting = LinkSetting.of(bitCycles)
   for ((input, p) <- inputs.zipWithIndex) {
     input.setting       := setting
     input.renew         := renew
@@ -105,7 +105,7 @@ class PassingOn extends Module {
 
   // What the schedule knows of ports and frames. Reset: no port is up, nothing comes or leaves.
   private val isUpReg = RegInit(VecInit(false.B, false.B))
-  private val wasUp   = Reg(Vec(2, Bool()))                // at `tick`
+  private val wasUp   = RegInit(VecInit(false.B, false.B)) // at `tick`
   private val comes   = RegInit(VecInit(false.B, false.B)) // a frame with a good header
   private val passes  = RegInit(VecInit(false.B, false.B)) // it is passed on
   private val waits   = RegInit(VecInit(false.B, false.B)) // and is in a list
@@ -113,7 +113,7 @@ class PassingOn extends Module {
   private val leaves  = RegInit(VecInit(false.B, false.B)) // a frame that passes, by an output
   private val wraps = Reg(Vec(2, UInt((TransitLists.Most + 1).W))) // slots whose frame came by the same port
   when(tick) { wasUp := upNow }
-  isUp := isUpReg
+  isUp := wasUp
 
   private def output(p: Int) = target(p)(FrameStore.PlaceBits - 1)
 
@@ -169,7 +169,7 @@ class PassingOn extends Module {
 
   // First what is asked of the lists, then what was answered. A port change and a header are never of one
   // bit: of what waits at most one frame is to be moved or removed.
-  private val second = phase >= Reports(1).U // the port whose frame is meant: before it the first one
+  private val second = RegNext(phase >= (Reports(1) - 1).U) // the port whose frame is meant is the second
   private val report = Mux(second, inputs(1).report, inputs(0).report)
   private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
   private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
@@ -186,9 +186,10 @@ class PassingOn extends Module {
     lists.ranks   := report.identified && !report.bad && passes(second) && waits(second)
     lists.removes := waits(second) && (!passes(second) || report.bad)
   }
+  private val isFull  = RegNext(lists.size === TransitLists.Most.U) // when it was asked
   private val canPass = report.header && on && !isOwn
   when(tells && canPass) {
-    when(isLast || lists.size === TransitLists.Most.U) { counts.stray := true.B }.otherwise {
+    when(isLast || isFull) { counts.stray := true.B }.otherwise {
       lists.put      := true.B
       counts.wrapped := to === second
       for (out <- 0 to 1) when(to === (out == 1).B) {
@@ -218,32 +219,40 @@ class PassingOn extends Module {
   }
   // ---- what leaves (FR-44, FR-48, RB-07 to RB-09) ----
 
-  private val last      = isPhase(Decisions(1)) // of the outputs
-  private val isMany    = lists.size >= LinkFrame.Many.U
-  private val isOwnNext = offer(last) && !isMany && (lists.known === 0.U || lists.isBefore)
-  private val gap = Mux(
-    isOwnNext,
-    (LinkFrame.EndBits + LinkFrame.OwnGap).U,
-    Mux(isMany, LinkFrame.EndBits.U, (LinkFrame.EndBits + LinkFrame.PassingGap).U)
+  // Cycles of either output, one behind the other. Reset: nothing is decided.
+  private val looks             = (0 to 1).map(p => isPhase(Decisions(p) - 1))
+  private val asked             = looks.map(RegNext(_, false.B))
+  private val begin             = asked.map(RegNext(_, false.B))
+  private val last              = begin(1) // of the outputs
+  private val isMany            = lists.size >= LinkFrame.Many.U
+  private val silent            = Mux(asked(1), senders(1).quiet, senders(0).quiet)
+  private val isUpThen          = Mux(asked(1), isUpReg(1), isUpReg(0))
+  private def isQuiet(gap: Int) = silent >= (LinkFrame.EndBits + gap).U
+  // What is known a cycle before it is known whether the own frame is the first one.
+  private val mayOwn = RegNext(isUpThen && isQuiet(LinkFrame.OwnGap))
+  private val wants  = RegNext(offer(asked(1)) && !isMany)
+  private val noName = RegNext(lists.known === 0.U)
+  private val mayPass = RegNext(
+    isUpThen && lists.size =/= 0.U && Mux(isMany, isQuiet(0), isQuiet(LinkFrame.PassingGap))
   )
-  private val quiet = Mux(last, senders(1).quiet, senders(0).quiet)
-  private val goes  = on && isUpReg(last) && (isOwnNext || lists.size =/= 0.U) && quiet >= gap
-  lists.out         := Mux(phase >= Decisions(0).U, last, to)
-  lists.looks.valid := isPhase(Decisions(0) - 1) || isPhase(Decisions(1) - 1)
-  lists.looks.bits  := isPhase(Decisions(1) - 1)
+  private val isOwnNext = wants && (noName || lists.isBefore)
+  private val goes      = on && Mux(isOwnNext, mayOwn, mayPass)
+  lists.out         := Mux(asked.reduce(_ || _), asked(1), to)
+  lists.looks.valid := looks.reduce(_ || _)
+  lists.looks.bits  := looks(1)
   lists.order       := order
   for ((sender, p) <- senders.zipWithIndex) {
-    decides(p) := isPhase(Decisions(p))
-    when(decides(p) && goes) {
+    decides(p) := asked(p)
+    when(begin(p) && goes) {
       sender.begin         := true.B
       sender.own           := isOwnNext
       begins(p)            := isOwnNext
       leaves(p)            := !isOwnNext
       lists.take           := !isOwnNext
-      counts.passed(1 - p) := !isOwnNext && !wraps(p)(lists.slot)
+      counts.passed(1 - p) := !isOwnNext && !wraps(p)(lists.first)
     }
   }
-  for (q <- 0 to 1) when(lists.take && target(q) === last ## lists.slot) { waits(q) := false.B }
+  for (q <- 0 to 1) when(lists.take && target(q) === last ## lists.first) { waits(q) := false.B }
 
   // ---- relay mode is off (RB-25) ----
 
@@ -289,8 +298,8 @@ object PassingOn {
   private val Changes = Seq(1, 2)
   private val Reports = Seq(3, 3 + TransitLists.WalkCycles)
 
-  /** When it is decided what leaves. */
-  val Decisions: Seq[Int] = Seq(23, 24)
+  /** When it is decided what leaves; it begins a cycle later. */
+  val Decisions: Seq[Int] = Seq(22, 23)
 
   /** All is done. */
   val Rest = 25

@@ -116,6 +116,7 @@ class RelayMode(p: CanParams) extends Module {
   own.abort    := port.abort
   own.entry    := list.entry
   own.coming   := list.coming
+  own.nears    := list.next
   own.looked   := list.looked
   own.begins   := passing.begins
   own.sending  := passing.sending
@@ -124,6 +125,7 @@ class RelayMode(p: CanParams) extends Module {
   port.on          := setting.on
   port.appended    := list.appended
   port.slots.begun := own.begun
+  port.slots.holds := own.holds
   port.slots.ends  := own.ends
   port.slots.sent  := own.sent
   port.slots.drops := setting.on =/= RegNext(setting.on, false.B)

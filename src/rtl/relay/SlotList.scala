@@ -33,8 +33,9 @@ class SlotList(p: CanParams) extends Module {
   val entry = IO(Output(Valid(new ListedSlot(slotBits))))
   val keeps = IO(Input(Bool()))
 
-  /** The slot that it comes by in the next cycle, if it does. */
+  /** The slot that it comes by in two cycles, if it does, and the one in the next cycle. */
   val coming = IO(Output(UInt(slotBits.W)))
+  val next   = IO(Output(Valid(UInt(slotBits.W))))
 
   /** A slot that becomes pending. It waits until it is `appended`, which a walk does. */
   val append   = IO(Input(Valid(UInt(slotBits.W))))
@@ -64,24 +65,29 @@ class SlotList(p: CanParams) extends Module {
   private val to    = RegInit(0.U((slotBits + 1).W)) // how many have been written
   private val reads = (walk || walks) && at =/= count
 
-  // A place is read in a cycle, in the next its word is there, and in the third the entry comes by.
+  // A place is read in a cycle, in the next its word is there, in the third it is written to the second list
+  // or held, and in the fourth the entry comes by: if it is not kept, the next one takes its place.
   private val comes     = RegNext(reads, false.B)
   private val comesAt   = RegNext(at(slotBits - 1, 0))
   private val passes    = RegNext(comes, false.B)
   private val passing   = RegNext(got)
   private val passingAt = RegNext(comesAt)
+  private val isSame    = comes && ((passing.key ^ got.key) & ~Kinds.U(KeyBits.W)) === 0.U
   when(reads) { at := at + 1.U }
-  entry.valid           := passes
-  entry.bits.slot       := passing.slot
-  entry.bits.place      := passingAt
-  entry.bits.sameAsNext := comes && ((passing.key ^ got.key) & ~Kinds.U(KeyBits.W)) === 0.U
+  coming                := got.slot
+  next.valid            := passes
+  next.bits             := passing.slot
+  entry.valid           := RegNext(passes, false.B)
+  entry.bits.slot       := RegNext(passing.slot)
+  entry.bits.place      := RegNext(passingAt)
+  entry.bits.sameAsNext := RegNext(isSame)
 
-  // The new slot, and, once it is in its place, the entry in front of which the next one is to be written.
+  // The new slot, and, once it is in its place, the entry that comes by: it is written only when it is kept.
   private val held    = Reg(new Word)
   private val isAsked = RegInit(false.B) // for the key; reset: no slot is new
   private val isHeld  = RegInit(false.B)
   private val joins   = RegInit(false.B) // it is put in its place by this walk
-  private val isIn    = Reg(Bool())      // it is there
+  private val isIn    = RegInit(false.B) // it is there
   read.valid := append.valid && !isAsked && !isHeld
   read.bits  := append.bits
   isAsked    := read.valid && ready
@@ -93,32 +99,32 @@ class SlotList(p: CanParams) extends Module {
   when(walk) {
     walks := true.B
     joins := isHeld
-    isIn  := false.B
   }
 
-  private val isOver = walks && !reads && !comes && !passes
-  private val first  = joins && (isIn || held.key < passing.key)
-  when(passes && keeps && first) {
-    held := passing
-    isIn := true.B
-  }
+  private val isOver = walks && !reads && !comes && !passes && !entry.valid
+  private val isKept = entry.valid && keeps
+  private val first  = joins && !isIn && passes && held.key < passing.key // the new slot is in front of it
+  private val isLast = joins && !isIn && isOver
+  private val behind = Mux(isKept, to + 1.U, to)
+  when(first || (isIn && passes)) { held := passing }
+  when(first) { isIn := true.B }
   appended            := isOver && joins
-  ram.io.readAddress  := Mux(walk || walks, bank ## at(slotBits - 1, 0), !bank ## look)
-  ram.io.write        := (passes && keeps) || appended
-  ram.io.writeAddress := !bank ## to(slotBits - 1, 0)
-  ram.io.writeData    := Mux(first || isOver, held, passing).asUInt
-  when(ram.io.write) { to := to + 1.U }
+  ram.io.readAddress  := Mux(reads, bank ## at(slotBits - 1, 0), (bank ^ !walks) ## look)
+  ram.io.write        := Mux(isIn, isKept, passes || isLast)
+  ram.io.writeAddress := !bank ## Mux(isIn, to, behind)(slotBits - 1, 0)
+  ram.io.writeData    := Mux(isIn || first || isLast, held, passing).asUInt
+  to                  := Mux(first, behind + 1.U, behind)
   when(isOver) {
     walks  := false.B
     joins  := false.B
+    isIn   := false.B
     isHeld := isHeld && !joins
     bank   := !bank
-    count  := to + joins
+    count  := to + isLast
     at     := 0.U
     to     := 0.U
   }
   looked := got.key
-  coming := got.slot
 }
 
 object SlotList {
@@ -131,5 +137,5 @@ object SlotList {
   private val Words = 64
 
   /** How long a walk takes, its first cycle counted. */
-  def walkCycles(p: CanParams): Int = p.slots + 3
+  def walkCycles(p: CanParams): Int = p.slots + 4
 }

@@ -52,7 +52,7 @@ class Sources extends Module {
   }
 
   private object Step extends ChiselEnum {
-    val idle, place, names, judges, marks, keeps, tells, looks, forgets = Value
+    val idle, reads, comes, place, names, judges, marks, keeps, tells, looks, forgets = Value
   }
   private val step   = RegInit(Step.idle) // reset: nothing is to be done
   private val now    = RegInit(0.U(16.W)) // units
@@ -62,20 +62,19 @@ class Sources extends Module {
   private val names  = Reg(new Names)
   private val at     = Reg(UInt(5.W))     // a sequence, by its low bits
   private val isNew  = Reg(Bool())        // it is to be delivered
+  private val source = Reg(UInt(7.W))
   private val isOld  = Reg(Bool())        // a source is forgotten for itself, not for its frame
+  private val isAsk  = Reg(Bool())
 
   private val it      = frame.bits
   private val place   = ram.io.readData.asTypeOf(new Place)
   private val limit   = Mux(confirm(15, 8).andR, MostUnits.U, confirm)
-  private val silent  = now - place.heard > limit
+  private val silent  = RegNext(now - place.heard) > limit
   private val low     = it.sequence(4, 0)
   private val above   = it.sequence - names.newest                            // the newest one, or below it
   private val isAhead = above =/= 0.U && (!above(13) || above(12, 0) === 0.U) // by up to 8,192
   private val isNear  = above(13, 5) === 0.U                                  // above it, by less than 32
   private val isBelow = above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U) // by less than 32
-  private val isIdle  = step === Step.idle
-  private val isSwept = Mux(isIdle, !frame.valid && !asks.valid, isOld)
-  private val source  = Mux(isSwept, swept, Mux(isIdle && !frame.valid, asks.bits, it.source))
 
   when(unit) {
     now    := now + 1.U
@@ -86,7 +85,7 @@ class Sources extends Module {
   heard.heard := now
   for (p <- 0 to 1) when(it.receivedBy === p.U && it.sentBy =/= p.U) { heard.distances(p) := it.distance }
 
-  // What is read in a step is there in the next one: where a source stands first.
+  // What is read in a step is there in the next one: where a source stands first, twice, for its time.
   map.io.write        := step === Step.marks
   map.io.writeAddress := it.source ## at
   map.io.writeData    := at === low
@@ -103,11 +102,13 @@ class Sources extends Module {
 
   switch(step) {
     is(Step.idle) {
-      isOld := !frame.valid
-      when(frame.valid) { step := Step.place }
-        .elsewhen(asks.valid) { step := Step.tells }
-        .elsewhen(sweeps) { step := Step.looks }
+      isOld  := !frame.valid
+      isAsk  := !frame.valid && asks.valid
+      source := Mux(frame.valid, it.source, Mux(asks.valid, asks.bits, swept))
+      when(frame.valid || asks.valid || sweeps) { step := Step.reads }
     }
+    is(Step.reads) { step := Step.comes }
+    is(Step.comes) { step := Mux(isAsk, Step.tells, Mux(isOld, Step.looks, Step.place)) }
     is(Step.tells) { step := Step.idle }
     is(Step.place) {
       ram.io.write := !silent

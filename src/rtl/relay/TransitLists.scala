@@ -41,13 +41,15 @@ class TransitLists extends Module {
   val removes = IO(Input(Bool()))
   val it      = IO(Input(UInt(SlotBits.W)))
 
-  /** Looks at the first one of an output: in the next cycle it is `slot`, and told whether a frame with this
-    * order would be before it. If there is a `take` then, it leaves.
+  /** Looks at the first one of an output: two cycles later it is `first`, and told whether a frame with this
+    * order would be before it. If there is a `take` then, it leaves; that output is `out` in the cycle
+    * between.
     */
   val looks    = IO(Input(Valid(UInt(1.W))))
   val order    = IO(Input(UInt(KeyBits.W)))
   val isBefore = IO(Output(Bool()))
   val take     = IO(Input(Bool()))
+  val first    = IO(Output(UInt(SlotBits.W)))
   val slot     = IO(Output(UInt(SlotBits.W)))
 
   /** The slots that leave. */
@@ -75,23 +77,23 @@ class TransitLists extends Module {
 
   // ---- the walk: up from the first place, or down from the last one, to that of the slot ----
 
-  private val held      = Reg(new Entry)          // what the place at hand gets
-  private val walks     = RegInit(false.B)        // reset: no walk
-  private val isFirst   = Reg(Bool())             // the cycle in which the key is there
+  private val held      = Reg(new Entry)                 // what the place at hand gets
+  private val walks     = RegInit(false.B)               // reset: no walk
+  private val isFirst   = Reg(Bool())                    // the cycle in which the key is there
   private val isDown    = Reg(Bool())
-  private val of        = Reg(UInt(1.W))          // the output
+  private val of        = Reg(UInt(1.W))                 // the output
   private val sought    = Reg(UInt(SlotBits.W))
   private val index     = Reg(UInt(CountBits.W))
-  private val moves     = Reg(Bool())             // from the place at hand on
-  private val isCounted = Reg(Bool())             // nothing was dropped meanwhile
-  private val sees      = RegInit(false.B)        // an entry is there; reset: none
-  private val offset    = Wire(UInt(CountBits.W)) // the place that is read
+  private val moves     = Reg(Bool())                    // from the place at hand on
+  private val isCounted = Reg(Bool())                    // nothing was dropped meanwhile
+  private val sees      = RegInit(false.B)               // an entry is there; reset: none
+  private val offset    = Wire(UInt(CountBits.W))        // the place that is read
   private val seenAt    = RegNext(offset)
-  private val isKnown   = seenAt < knowns(of)     // it has an identifier
-  private val shifts    = sees && (moves || !isKnown || isBefore)
+  private val isKnown   = seenAt < knowns(of)            // it has an identifier
+  private val isLess    = (held.key -& got.key)(KeyBits) // by a carry chain
+  private val shifts    = sees && (moves || !isKnown || isLess)
   private val ends      = sees && got.slot === sought
-  isBefore := held.key < got.key
-  sees     := (walks && !ends) || removes
+  sees := (walks && !ends) || removes
   when(walks) {
     isFirst := false.B
     index   := Mux(isDown, index - 1.U, index + 1.U)
@@ -125,12 +127,17 @@ class TransitLists extends Module {
   known   := knowns(out)
   slot    := got.slot
   leaving := leavings
+  private val outThen   = RegNext(out)
+  private val sizeThen  = RegNext(size)
+  private val knownThen = RegNext(known)
+  first    := RegNext(got.slot)
+  isBefore := RegNext(isLess)
   when(put) { sizes(out) := size + 1.U }
   when(take) {
-    leavings(out) := got.slot
-    firsts(out)   := firsts(out) + 1.U
-    sizes(out)    := size - 1.U
-    knowns(out)   := known - known.orR
+    leavings(outThen) := first
+    firsts(outThen)   := firsts(outThen) + 1.U
+    sizes(outThen)    := sizeThen - 1.U
+    knowns(outThen)   := knownThen - knownThen.orR
   }
   for (p <- 0 to 1) when(drop(p)) {
     sizes(p)  := 0.U
@@ -147,22 +154,22 @@ class TransitLists extends Module {
     Mux(ranks, 1.U(1.W) ## port ## 0.U(PlaceBits.W), 0.U(1.W) ## readOf ## readPlace)
 
   private val seenPlace = RegNext(readPlace)
-  private val isFree    = isReady && !shifts && !take
+  private val isFree    = isReady && !sees && !take
   private val named     = Mux(names(0).valid, names(0).bits, names(1).bits)
   taken(0)     := isFree && names(0).valid
   taken(1)     := isFree && names(1).valid && !names(0).valid
-  ram.io.write := !isFree || names(0).valid || names(1).valid
+  ram.io.write := Mux(sees, shifts, !isFree || names(0).valid || names(1).valid)
   ram.io.writeAddress := Mux(
     isFree,
     1.U(1.W) ## !names(0).valid ## 0.U(PlaceBits.W),
     Mux(
-      shifts,
+      sees,
       0.U(1.W) ## of ## seenPlace,
-      Mux(take, 0.U(1.W) ## out ## (firsts(out) ^ Most.U), writing(PlaceBits, 0))
+      Mux(take, 0.U(1.W) ## outThen ## (firsts(outThen) ^ Most.U), writing(PlaceBits, 0))
     )
   )
-  ram.io.writeData := Mux(shifts, held.slot, Mux(take, leavings(out), writing(SlotBits - 1, 0))) ##
-    Mux(shifts, held.key, named.order)
+  ram.io.writeData := Mux(sees, held.slot, Mux(take, leavings(outThen), writing(SlotBits - 1, 0))) ##
+    Mux(sees, held.key, named.order)
 }
 
 object TransitLists {

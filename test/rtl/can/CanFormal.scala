@@ -80,8 +80,10 @@ class ListenerProof extends EngineProof(tec = 0) {
   assert(dut.tec === 0.U && dut.rec === 0.U, "a listener counts")
 }
 
-/** Any orders of the host and any ends of attempts, as [[PortHost]] and [[ProtocolEngine]] may give them. */
-class SlotStatesProof extends Module {
+/** Any orders of the host and any ends of attempts, as [[PortHost]] and [[ProtocolEngine]] may give them;
+  * with relay mode, those of [[flyframe.relay.OwnFrames]], too.
+  */
+class SlotStatesProof(hasRelay: Boolean) extends Module {
   private val p           = CanParams()
   private val oneShot     = IO(Input(Bool()))
   private val request     = IO(Input(Valid(UInt(4.W))))
@@ -91,7 +93,7 @@ class SlotStatesProof extends Module {
   private val takes       = IO(Input(Valid(UInt(4.W))))
   private val ends        = IO(Input(Bool()))
   private val sent        = IO(Input(Bool()))
-  private val dut         = Module(new SlotStates(p))
+  private val dut         = Module(new SlotStates(p, hasRelay))
   dut.oneShot     := oneShot
   dut.request     := request
   dut.abort       := abort
@@ -105,10 +107,37 @@ class SlotStatesProof extends Module {
   private val onWire = RegInit(false.B) // reset: no attempt
   when(ends) { onWire := false.B }
   when(takes.valid) { onWire := true.B }
-  assume(!takes.valid || (!onWire && dut.pending(takes.bits)))
+  dut.relay.foreach(r => when(r.drops) { onWire := false.B }) // the port stops
+  assume(!takes.valid || (!onWire && dut.pending(takes.bits) && !dut.leaving(takes.bits)))
   assume(!ends || onWire)
+  assume(!takes.valid || !RegNext(ends, false.B)) // an intermission is between them
   assume(!sent || ends)
   assume(!request.valid || !dut.pending(request.bits))
+
+  // In relay mode there are no attempts. What is sent was on its way; what fails may have been given up while
+  // that was found out.
+  for (of <- dut.relay) {
+    val relay = IO(Input(new RelaySlots(p)))
+    val isOn  = RegInit(false.B)                                             // reset: bus mode
+    val slot  = relay.ends.bits
+    val isNew = request.valid && request.bits === slot
+    val was   = RegNext(dut.pending, 0.U(p.slots.W))
+    val again = RegNext(relay.ends.valid, false.B) && RegNext(slot) === slot // once in a walk
+    of   := relay
+    isOn := isOn ^ relay.drops
+    assume(!relay.drops || !relay.ends.valid)
+    assume(isOn || (!relay.ends.valid && !relay.holds && relay.begun === 0.U))
+    assume(!isOn || (!takes.valid && !onWire && !ends))
+    assume(!takes.valid || !relay.drops)
+    assume((relay.begun & ~dut.pending) === 0.U)
+    assume(
+      !relay.ends.valid || Mux(
+        relay.sent,
+        relay.begun(slot),
+        dut.pending(slot) || (RegNext(isOn, false.B) && was(slot) && !isNew && !again)
+      )
+    )
+  }
 
   assert((dut.sentAll & dut.failedAll) === 0.U, "a slot was sent and has failed")
   assert((dut.pending & (dut.sentAll | dut.failedAll)) === 0.U, "a slot is pending and over")
@@ -206,7 +235,9 @@ class CanFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
 
   "CAN-42" should "hold: a listener neither sends nor counts" in prove(new ListenerProof, 66)
 
-  "CAN-40, CB-12" should "hold: a slot is never both sent and failed" in prove(new SlotStatesProof, 10)
+  "CAN-40, CB-12" should "hold: a slot is never both sent and failed" in
+    prove(new SlotStatesProof(hasRelay = false), 10)
+  it should "hold with relay mode, too" in prove(new SlotStatesProof(hasRelay = true), 10)
 
   "CAN-44" should "hold: no entry of the FIFO is torn" in prove(new ReceiveFifoProof, 16)
 }

@@ -184,9 +184,11 @@ object RandomPort {
       Seq(Control, Timing, ErrorCounters, LastError, Counters, Counters + 4, RxLevel, Requests, Sent)
     private def act(): Unit = random.nextInt(24) match {
       case n if n < 8 =>
-        // One that is pending may be over while the access lasts: is it requested anew, or not?
-        val mask = ~twin.read(port + Requests, 2).zip(Seq(1, 256)).map(t => t._1 * t._2).sum & 0xffff
-        val slot = random.nextInt(16)
+        // One that is pending may be over while the access lasts: is it requested anew, or not? So what it
+        // has seen to be free.
+        val shown = twin.compareWord(port + Requests)(one)
+        val mask  = ~(shown.head | shown(1) << 8) & 0xffff
+        val slot  = random.nextInt(16)
         if ((mask >> slot & 1) == 1) {
           write(SlotStarts.head + 16 * slot, frame(random).bytes().take(5))
           write(SlotStarts.head + 16 * slot + 8, Seq.fill(8)(random.nextInt(256)))

@@ -32,6 +32,7 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
         cycle()
         dut.changedNow.poke(false)
       }
+      dut.leaving.poke(0)
       show()
       for (_ <- 1 to 600) {
         if (pending.size < p.slots && random.nextInt(5) < 3) {
@@ -62,10 +63,11 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       }
     }
 
-  it should "withdraw an offer in the cycle in which its slot is no longer pending" in
+  it should "withdraw an offer in the cycle in which its slot is no longer pending, or leaves" in
     test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
       for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid)) s.poke(false)
       dut.ready.poke(true)
+      dut.leaving.poke(0)
       dut.append.valid.poke(true)
       dut.append.bits.poke(3)
       dut.clock.step()
@@ -77,6 +79,10 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.clock.step(p.offerCycles)
       dut.offer.valid.expect(true)
       dut.offer.slot.expect(3)
+      dut.leaving.poke(8)
+      dut.offer.valid.expect(false)
+      dut.leaving.poke(0)
+      dut.offer.valid.expect(true)
       dut.pending.poke(0)
       dut.offer.valid.expect(false)
     }

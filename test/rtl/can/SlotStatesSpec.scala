@@ -14,18 +14,22 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
       val random                  = new Random(7)
       var (pending, sent, failed) = (Set.empty[Int], Set.empty[Int], Set.empty[Int])
       var onWire                  = Option.empty[Int]
-      var aborts                  = false // what is on the wire
-      def map(slots: Set[Int])    = slots.foldLeft(BigInt(0))((m, s) => m.setBit(s))
-      def some(rarely: Int)       = (0 until p.slots).filter(_ => random.nextInt(rarely) == 0).toSet
+      var aborts                  = false          // what is on the wire
+      var leaving                 = Set.empty[Int] // orders of the cycle before
+      var over                 = Option.empty[(Int, Boolean)] // the attempt that was over then, well or not
+      def map(slots: Set[Int]) = slots.foldLeft(BigInt(0))((m, s) => m.setBit(s))
+      def some(rarely: Int)    = (0 until p.slots).filter(_ => random.nextInt(rarely) == 0).toSet
       for (cycle <- 0 until 20000) {
         val oneShot = random.nextInt(8) == 0
         val request = Option.when(random.nextInt(3) == 0)(random.nextInt(p.slots)).filterNot(pending)
         val abort   = if (random.nextInt(6) == 0) some(8) else Set.empty[Int]
         val clears  = Seq.fill(2)(if (random.nextInt(6) == 0) some(3) else Set.empty[Int])
+        val mayGo   = pending -- leaving -- over.map(_._1)
         val takes =
-          if (onWire.isEmpty && random.nextInt(3) == 0) random.shuffle(pending.toSeq).headOption else None
+          if (onWire.isEmpty && random.nextInt(3) == 0) random.shuffle(mayGo.toSeq).headOption else None
         val ends   = onWire.nonEmpty && random.nextInt(4) == 0
         val isSent = ends && random.nextBoolean()
+        val gone   = (leaving & pending) -- onWire -- over.map(_._1)
         dut.oneShot.poke(oneShot)
         dut.request.valid.poke(request.nonEmpty)
         dut.request.bits.poke(request.getOrElse(0))
@@ -36,33 +40,24 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.takes.bits.poke(takes.getOrElse(random.nextInt(p.slots)))
         dut.ends.poke(ends)
         dut.sent.poke(isSent)
+        dut.leaving.expect(map(leaving))
+        dut.aborted.expect(gone.nonEmpty)
+        dut.ended.expect(over.nonEmpty)
         dut.clock.step()
 
         // The host first: what it clears was there before.
-        sent = sent -- clears(0) -- request
-        failed = failed -- clears(1) -- request
+        pending = pending -- gone -- over.map(_._1) ++ request
+        sent = sent -- clears(0) -- request ++ over.collect { case (slot, true) => slot }
+        failed = failed -- clears(1) -- request ++ gone ++ over.collect { case (slot, false) => slot }
         val held = onWire.orElse(takes)
         aborts = (aborts && takes.isEmpty) || held.exists(abort)
-        val gone = (abort & pending) -- held
-        pending = pending -- gone
-        failed = failed ++ gone
-        onWire = held
-        var isOver = false
-        for (slot <- held if ends) {
-          isOver = isSent || oneShot || aborts
-          if (isOver) {
-            pending -= slot
-            if (isSent) sent += slot else failed += slot
-          }
-          onWire = None
-          aborts = false
-        }
-        pending = pending ++ request
+        over = held.filter(_ => ends && (isSent || oneShot || aborts)).map(_ -> isSent)
+        onWire = held.filterNot(_ => ends)
+        aborts &&= !ends
+        leaving = abort
         dut.pending.expect(map(pending), s"cycle $cycle")
         dut.sentAll.expect(map(sent), s"cycle $cycle")
         dut.failedAll.expect(map(failed), s"cycle $cycle")
-        dut.aborted.expect(gone.nonEmpty)
-        dut.ended.expect(isOver)
         for (slot <- held) dut.current.expect(slot)
       }
     }

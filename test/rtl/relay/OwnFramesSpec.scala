@@ -31,7 +31,7 @@ class OwnFramesSpec extends AnyFlatSpec {
     def comes(header: LinkHeader): Unit = homes += header.copy(hops = random.nextInt(255))
 
     private def header(): Option[LinkHeader] = random.nextInt(40) match {
-      case 0 if !isCalm =>
+      case 0 | 3 if !isCalm =>
         Some(LinkHeader(random.nextInt(3), random.nextInt(2), Own, random.nextInt(1 << 14), 9))
       case 1 | 2               => homes.headOption // and once more
       case _ if homes.nonEmpty => Some(homes.dequeue())
@@ -67,6 +67,66 @@ class OwnFramesSpec extends AnyFlatSpec {
       for (what <- Seq("sent", "confirmed", "failed", "repeated", "conflicts", "lives", "aborts"))
         assert(seen(what) > 0, s"there were $what")
       assert(seen("most") == OwnFramesModel.Window, "all sequences were on their way")
+    }
+
+  "CAN-40, FR-55: slots that are given up at any moment" should
+    "be over once, and never be on their way without being pending" in
+    RawTester.test(new OwnNode(p), Simulation.annotations(this, "given up")) { dut =>
+      dut.clock.setTimeout(0)
+      val random                   = new Random(5)
+      var (requested, over, begun) = (0, 0, 0)
+      dut.bitCycles.poke(25)
+      dut.setting.on.poke(true)
+      dut.setting.address.poke(Own)
+      dut.setting.life.poke(1)
+      dut.setting.confirm.poke(2)
+      dut.setting.retries.poke(1)
+      dut.setting.oneShot.poke(false)
+      for (q <- 0 to 1) {
+        dut.home(q).valid.poke(false)
+        dut.heard(q).poke(true)
+        dut.up(q).poke(true)
+      }
+      for (s <- Seq(dut.restart, dut.write.valid, dut.append.valid)) s.poke(false)
+      dut.unit.poke(true) // often, so that much is over soon
+      dut.aborts.poke(0)
+      dut.reset.poke(true.B)
+      dut.clock.step(2)
+      dut.reset.poke(false.B)
+      var asked = Option.empty[Int]
+      var held  = BigInt(0) // requested and not over
+      for (cycle <- 0 until 300000) {
+        val isEnd   = cycle > 290000
+        val pending = dut.maps(0).peekInt()
+        val done    = dut.maps(1).peekInt() | dut.maps(2).peekInt()
+        val way     = dut.begun.peekInt()
+        assert((way &~ pending) == 0, s"cycle $cycle: on its way and not pending")
+        assert((dut.maps(1).peekInt() & dut.maps(2).peekInt()) == 0, s"cycle $cycle: sent and failed")
+        assert((held &~ (pending | done)) == 0, s"cycle $cycle: neither pending nor over")
+        over += (held & done &~ pending).bitCount
+        begun += way.bitCount.sign
+        held = held &~ done | pending
+        if (asked.isEmpty && !isEnd && random.nextInt(60) == 0)
+          asked = Some(random.nextInt(16)).filterNot(held.testBit)
+        for (slot <- asked) dut.append.bits.poke(slot)
+        dut.append.valid.poke(asked.nonEmpty)
+        dut.aborts.poke(
+          if (isEnd) 0xffff
+          else if (random.nextInt(30) > 0) 0
+          else if (random.nextInt(4) > 0) 1 << random.nextInt(16)
+          else random.nextInt(1 << 16)
+        )
+        if (dut.appended.peekBoolean()) {
+          requested += 1
+          asked = None
+        }
+        dut.clock.step()
+      }
+      assert(dut.maps(0).peekInt() == 0 && dut.begun.peekInt() == 0 && over == requested)
+      assert(
+        requested > 2000 && begun > 10000,
+        s"$requested requests, $begun cycles with frames on their way"
+      )
     }
 
   /** RTL and model, from a reset on. */

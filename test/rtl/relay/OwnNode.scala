@@ -30,6 +30,7 @@ class OwnNode(p: CanParams) extends Module {
   val appended = IO(Output(Bool()))
   val aborts   = IO(Input(UInt(p.slots.W)))
   val maps     = IO(Output(Vec(3, UInt(p.slots.W)))) // pending, sent, failed
+  val begun    = IO(Output(UInt(p.slots.W)))
 
   private val passing = Module(new PassingOn)
   private val list    = Module(new SlotList(p))
@@ -41,13 +42,14 @@ class OwnNode(p: CanParams) extends Module {
   private val pending = RegInit(0.U(p.slots.W))
   private val sent    = RegInit(0.U(p.slots.W))
   private val failed  = RegInit(0.U(p.slots.W))
-  private val gone    = aborts & pending & ~own.begun
+  private val gone    = Mux(own.holds, 0.U, aborts & pending & ~own.begun)
   private val done    = Mux(own.ends.valid, UIntToOH(own.ends.bits, p.slots), 0.U)
   private val fresh   = Mux(list.appended, UIntToOH(append.bits, p.slots), 0.U)
   pending := (pending & ~gone & ~done) | fresh
   sent    := (sent & ~fresh) | Mux(own.sent, done, 0.U)
   failed  := (failed & ~fresh) | gone | Mux(own.sent, 0.U, done)
   maps    := VecInit(pending, sent, failed)
+  begun   := own.begun
 
   passing.bitCycles  := bitCycles
   passing.on         := setting.on
@@ -88,6 +90,7 @@ class OwnNode(p: CanParams) extends Module {
   own.abort    := aborts
   own.entry    := list.entry
   own.coming   := list.coming
+  own.nears    := list.next
   own.looked   := list.looked
   own.begins   := passing.begins
   own.sending  := passing.sending

@@ -37,12 +37,34 @@ class TransitListsSpec extends AnyFlatSpec {
         pulse(dut.drop(out))
       }
 
-      /** A walk, which a drop may meet. */
+      /** The first one, which may leave then; in the last cycle of a walk at the earliest. */
+      def look(out: Int): Unit = {
+        dut.looks.bits.poke(out)
+        val order = random.nextInt(7).toLong << 21
+        dut.order.poke(order)
+        pulse(dut.looks.valid)
+        dut.out.poke(out)
+        dut.clock.step()
+        dut.out.poke(random.nextInt(2))
+        for (f <- models(out).first) {
+          dut.first.expect(frames(out)(f))
+          for (its <- f.order) dut.isBefore.expect(order < its)
+          if (random.nextBoolean()) {
+            models(out).remove(f)
+            pulse(dut.take)
+            dut.leaving(out).expect(frames(out)(f))
+            frames(out) -= f
+          }
+        }
+      }
+
+      /** A walk, which a drop may meet, or a look behind it. */
       def walk(out: Int, slot: Int, order: Bool): Unit = {
         dut.it.poke(slot)
         pulse(order)
         val met = if (random.nextInt(40) == 0) random.nextInt(TransitLists.WalkCycles - 2) else -1
-        for (cycle <- 1 to TransitLists.WalkCycles) if (cycle == met) drop(out) else dut.clock.step()
+        for (cycle <- 1 until TransitLists.WalkCycles) if (cycle == met) drop(out) else dut.clock.step()
+        if (random.nextBoolean()) dut.clock.step() else look(random.nextInt(2))
       }
       for (step <- 0 until 12000) {
         val out   = random.nextInt(2)
@@ -84,22 +106,8 @@ class TransitListsSpec extends AnyFlatSpec {
               frames(out) -= f
               walk(out, slot, dut.removes)
             }
-          case 5 | 6 =>
-            for (f <- model.first) {
-              val order = random.nextInt(7).toLong << 21
-              dut.looks.bits.poke(out)
-              dut.order.poke(order)
-              pulse(dut.looks.valid)
-              dut.slot.expect(frames(out)(f), s"step $step")
-              for (its <- f.order) dut.isBefore.expect(order < its, s"step $step")
-              if (random.nextBoolean()) {
-                model.remove(f)
-                pulse(dut.take)
-                dut.leaving(out).expect(frames(out)(f))
-                frames(out) -= f
-              }
-            }
-          case _ => if (random.nextInt(40) == 0) drop(out)
+          case 5 | 6 => look(out)
+          case _     => if (random.nextInt(40) == 0) drop(out)
         }
         most(out) = most(out) max model.size
       }
