@@ -255,10 +255,10 @@ object RingPage {
       reset:"""
     ),
     paragraph(
-      "![Tones, modes, levels and frames of the nodes around a break in bus mode](ring-break-bus.svg)"
+      "![Tones, modes, levels, frames and messages around a break in bus mode](ring-break-bus.svg)"
     ),
     paragraph("""In relay mode frames go both ways round, so that only what was being sent into the cable has
       to be repeated, by the node that sends; what had passed it has come by the other way:"""),
-    paragraph("![Tones, modes and frames around a break in relay mode](ring-break-relay.svg)")
+    paragraph("![Tones, modes, frames and messages around a break in relay mode](ring-break-relay.svg)")
   ).flatten.dropRight(1).mkString("", "\n", "\n")
 }
