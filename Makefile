@@ -63,8 +63,9 @@ check-generated: tools-for-check-generated ## generated/ and the generated pages
 test: tools-for-test ## every kind of check once; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
 
-soak: tools-for-test ## the checks of `make test` that take samples, in full: docs/soak.md
-	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-soak $(SBT)
+soak: tools-for-test ## the checks of `make test` that take samples, in full: docs/soak.md; of some \
+      # suites: SUITES="OwnFramesSpec MutationModelSpec"
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" SUITES="$(SUITES)" .ci/run-soak $(SBT)
 
 test-changed: tools-for-test ## the suites that a change may concern: SINCE=main
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-changed $(SINCE) $(SBT)

@@ -4,12 +4,11 @@ import argparse
 import json
 import os
 import pathlib
-import subprocess
-import sys
 
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("--seconds", type=int, required=True, help="what the whole run took")
-parser.add_argument("results", type=pathlib.Path)
+parser.add_argument("--sources", help="the commit of the results that are added")
+parser.add_argument("--add", type=pathlib.Path, help="results that are taken into the record first")
+parser.add_argument("record", type=pathlib.Path, help="docs/soak.json")
 options = parser.parse_args()
 
 
@@ -26,32 +25,38 @@ def row(*cells):
     print("| " + " | ".join(str(cell) for cell in cells) + " |")
 
 
-results = [json.loads(line) for line in options.results.read_text().splitlines()]
-if not results:
-    sys.exit(f"{options.results} is empty: no soak has run.")
+results = json.loads(options.record.read_text()) if options.record.exists() else []
+if options.add:
+    new = [json.loads(line) for line in options.add.read_text().splitlines()]
+    new = [dict(r, sources=options.sources, cores=os.cpu_count()) for r in new]
+    # A check that has run again has the parts of that run.
+    again = {r["check"] for r in new}
+    results = [r for r in results if r["check"] not in again]
+    # Of a part that has run twice the last result counts.
+    results += {(r["check"], r["part"]): r for r in new}.values()
+    # One that there is no more is forgotten.
+    tests = "".join(p.read_text() for p in pathlib.Path("test").rglob("*.scala"))
+    results = sorted((r for r in results if r["check"] in tests), key=lambda r: r["check"])
+    options.record.write_text(json.dumps(results, indent=1) + "\n")
+
 checks = {}
-# Of a part that has run again the last result counts.
-for result in {(r["check"], r["part"]): r for r in results}.values():
+for result in results:
     checks.setdefault(result["check"], []).append(result)
-describe = ["git", "describe", "--always", "--dirty"]
-commit = subprocess.run(describe, capture_output=True, text=True, check=True)
 
 print("# Soak")
 print()
-print("Written by `make soak`, which does in full what `make test` does in samples. Do not edit.")
-print()
-print(f"Sources: {commit.stdout.strip()}. All runs together took {duration(options.seconds)}")
-print(f"on {os.cpu_count()} cores, on which several parts ran at the same time.")
+print("Written by `make soak`, which does in full what `make test` does in samples. Do not edit. The same as")
+print("data: [soak.json](soak.json). Parts ran at the same time; each check names the sources it ran on.")
 print()
 print("## What is a sample in `make test`")
 print()
-row("Check", "Counted in", "`make test`", "`make soak`")
-row("---", "---", "---:", "---:")
-for check, parts in sorted(checks.items()):
-    row(check, parts[0]["unit"], number(parts[0]["test"]), number(parts[0]["soak"]))
+row("Check", "Counted in", "`make test`", "`make soak`", "Sources")
+row("---", "---", "---:", "---:", "---")
+for check, parts in checks.items():
+    row(check, parts[0]["unit"], number(parts[0]["test"]), number(parts[0]["soak"]), parts[0]["sources"])
 print()
 print("## Results")
-for check, parts in sorted(checks.items()):
+for check, parts in checks.items():
     print()
     print(f"### {check[0].upper()}{check[1:]}")
     print()

@@ -10,7 +10,7 @@ import scala.util.Random
 /** Sixteen nodes on a bus on which much goes wrong; `make transport-campaign` does it for longer. */
 class NetworkSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Transport of a bus with faults, model and C mixed", "messages", test = 400, soak = 40000)
+    Tier("Transport of a bus with faults, model and C mixed", "messages", test = 400, soak = 100000)
   private val all = Faults(lost = 0.3, doubled = 0.1, late = 0.1, restarts = 0.01, breaks = 0.01)
 
   private val mixes = Seq[(String, Int => Boolean)](

@@ -11,7 +11,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 class RingSpec extends AnyFlatSpec {
   import RingLoad.Us
   private val seed   = 15L
-  private val breaks = Tier("Breaks of a ring in relay mode, 51 nodes", "breaks", test = 8, soak = 2000)
+  private val breaks = Tier("Breaks of a ring in relay mode, 51 nodes", "breaks", test = 8, soak = 10000)
   private val errors =
     Tier("Bit errors on a ring in relay mode, 51 nodes", "frames", test = 200, soak = 100000)
   private val limits = Tier("A full ring in relay mode, clocks at the limits", "ms", test = 40, soak = 3000)
