@@ -2,7 +2,6 @@
 """The page docs/soak.md, from the results of `make soak` (a JSON object a line, see test/base/Tier.scala)."""
 import argparse
 import json
-import os
 import pathlib
 
 parser = argparse.ArgumentParser(description=__doc__)
@@ -28,7 +27,7 @@ def row(*cells):
 results = json.loads(options.record.read_text()) if options.record.exists() else []
 if options.add:
     new = [json.loads(line) for line in options.add.read_text().splitlines()]
-    new = [dict(r, sources=options.sources, cores=os.cpu_count()) for r in new]
+    new = [dict(r, sources=options.sources) for r in new]
     # A check that has run again has the parts of that run.
     again = {r["check"] for r in new}
     results = [r for r in results if r["check"] not in again]

@@ -177,6 +177,31 @@ trait ConfirmRules extends RelayCases {
       assert(failed(b) == 3 && pending(b) == 0 && own(b, 0, 0).count(_.header.kind == 0) == 2)
   }
 
+  "RB-12: an abort at any moment around the beginning" should
+    "leave no copy or one at each port, and a slot that works" in bench(confirmUs = 40) { b =>
+      val port   = CanRegisters.PortStarts(0)
+      var counts = Set.empty[Seq[Int]]
+      for (cycles <- 0 until 40) {
+        while (b.node.cycle % b.bit != 0) b.cycle()
+        val first = b.now
+        b.request(0, data(1, cycles))
+        for (_ <- 0 until cycles) b.cycle()
+        b.write(port + CanRegisters.Aborts, 1)
+        b.run(320)
+        assert(pending(b) == 0 && failed(b) == 1 && sent(b) == 0, s"$cycles cycles behind the request")
+        val copies = (0 to 1).map(own(b, _, first).size)
+        assert(copies.distinct.size == 1 && copies.head <= 1, s"$cycles cycles behind the request")
+        counts += copies
+        b.request(0, data(2, cycles))
+        b.run(5)
+        assert(pending(b) == 1)
+        b.run(160)
+        home(b, 0, 1, own(b, 0, first).last.header.sequence, data(2, cycles))
+        assert(pending(b) == 0 && sent(b) == 1, s"$cycles cycles behind the request, the next one")
+      }
+      assert(counts == Set(Seq(0, 0), Seq(1, 1)))
+    }
+
   "RB-25: a switch of the mode" should "let all slots fail that are pending, and begin anew" in bench() { b =>
     b.request(0, data(1, 1))
     b.request(1, data(1, 2)) // waits for its identifier

@@ -114,6 +114,10 @@ class SlotStatesProof(hasRelay: Boolean) extends Module {
   assume(!sent || ends)
   assume(!request.valid || !dut.pending(request.bits))
 
+  // One of the slots, any.
+  private val any    = IO(Input(UInt(4.W)))
+  private val chosen = RegEnable(any, RegNext(false.B, true.B)) // reset: chosen in the first cycle
+
   // In relay mode there are no attempts. What is sent was on its way; what fails may have been given up while
   // that was found out.
   for (of <- dut.relay) {
@@ -137,17 +141,20 @@ class SlotStatesProof(hasRelay: Boolean) extends Module {
         dut.pending(slot) || (RegNext(isOn, false.B) && was(slot) && !isNew && !again)
       )
     )
+    val isKept = isOn && (relay.begun | Fill(p.slots, relay.holds))(chosen) && dut.pending(chosen) &&
+      !relay.drops && !(relay.ends.valid && slot === chosen)
+    when(RegNext(isKept && RegNext(isOn, false.B), false.B)) {
+      assert(dut.pending(chosen), "a slot that is on its way, or may be, is given up")
+    }
   }
 
   assert((dut.sentAll & dut.failedAll) === 0.U, "a slot was sent and has failed")
   assert((dut.pending & (dut.sentAll | dut.failedAll)) === 0.U, "a slot is pending and over")
 
-  // One of them, any: it is over only behind a request, and with one end of the two.
-  private val any     = IO(Input(UInt(4.W)))
-  private val one     = RegEnable(any, RegNext(false.B, true.B)) // reset: chosen in the first cycle
+  // It is over only behind a request, and with one end of the two.
   private val isOne   = RegNext(true.B, false.B)
-  private val isOver  = dut.sentAll(one) || dut.failedAll(one)
-  private val pending = RegNext(dut.pending(one), false.B)
+  private val isOver  = dut.sentAll(chosen) || dut.failedAll(chosen)
+  private val pending = RegNext(dut.pending(chosen), false.B)
   when(isOne && isOver && !RegNext(isOver, false.B) && RegNext(isOne, false.B)) {
     assert(pending, "a slot is over that was not pending")
   }
