@@ -2148,8 +2148,6 @@ module FrameShift(
   assign identified = idEnds;
 endmodule
 
-// external module DualPortRam
-
 module SlotOrder(
   input         clock,
   input         reset,
@@ -2166,14 +2164,14 @@ module SlotOrder(
   input  [31:0] key,
   output        offer_valid,
   output [3:0]  offer_slot,
-  output        offer_firstBit
+  output        offer_firstBit,
+  output        ram_write,
+  output [5:0]  ram_writeAddress,
+  output [3:0]  ram_writeData,
+  output [5:0]  ram_readAddress,
+  input  [3:0]  ram_readData
 );
 
-  wire        _list_write;
-  wire [5:0]  _list_writeAddress;
-  wire [3:0]  _list_writeData;
-  wire [5:0]  _list_readAddress;
-  wire [3:0]  _list_readData;
   wire        changed = changedNow | changedLate;
   reg         bank;
   reg  [4:0]  count;
@@ -2247,10 +2245,10 @@ module SlotOrder(
       isThere <= ~changed & reads;
       first_valid <= ~changed & (stays ? first_valid : second_valid | isThere);
       if (~stays)
-        first_bits <= second_valid ? second_bits : _list_readData;
+        first_bits <= second_valid ? second_bits : ram_readData;
       second_valid <= ~changed & (isThere & (stays | second_valid) | stays & second_valid);
       if (isThere)
-        second_bits <= _list_readData;
+        second_bits <= ram_readData;
       comes <= keeps & ~changed;
       compares <= comes & ~changed;
       found <= ~changed & (_GEN | found);
@@ -2303,29 +2301,19 @@ module SlotOrder(
       before_firstBit <= offered_firstBit;
     end
   end // always @(posedge)
-  assign _list_write = _appended_output | keeps;
-  assign _list_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign _list_writeData = _appended_output ? append_bits : first_bits;
-  assign _list_readAddress = {1'h0, bank, at[3:0]};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(4)
-  ) list (
-    .clock        (clock),
-    .write        (_list_write),
-    .writeAddress (_list_writeAddress),
-    .writeData    (_list_writeData),
-    .readAddress  (_list_readAddress),
-    .readData     (_list_readData)
-  );
   assign appended = _appended_output;
   assign read_valid = wants;
   assign read_bits = first_bits;
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
+  assign ram_write = _appended_output | keeps;
+  assign ram_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
+  assign ram_writeData = _appended_output ? append_bits : first_bits;
+  assign ram_readAddress = {1'h0, bank, at[3:0]};
 endmodule
+
+// external module DualPortRam
 
 module SlotStates(
   input         clock,
@@ -3184,10 +3172,15 @@ module CanPort(
   wire [3:0]  _order_append_bits;
   wire        _order_ready;
   wire [31:0] _order_key;
+  wire [3:0]  _order_ram_readData;
   wire        _order_appended;
   wire        _order_read_valid;
   wire [3:0]  _order_read_bits;
   wire [3:0]  _order_offer_slot;
+  wire        _order_ram_write;
+  wire [5:0]  _order_ram_writeAddress;
+  wire [3:0]  _order_ram_writeData;
+  wire [5:0]  _order_ram_readAddress;
   wire [31:0] _shift_data;
   wire [31:0] _shift_order;
   wire        _shift_load_valid;
@@ -3429,22 +3422,39 @@ module CanPort(
       ? {_memory_data[28:18], 2'h3, _memory_data[17:0], _memory_data[30]}
       : {_memory_data[10:0], _memory_data[30], 20'h0};
   SlotOrder order (
-    .clock          (clock),
-    .reset          (reset),
-    .pending        (_order_pending),
-    .leaving        (_order_leaving),
-    .changedNow     (_order_changedNow),
-    .changedLate    (_order_changedLate),
-    .append_valid   (_order_append_valid),
-    .append_bits    (_order_append_bits),
-    .appended       (_order_appended),
-    .read_valid     (_order_read_valid),
-    .read_bits      (_order_read_bits),
-    .ready          (_order_ready),
-    .key            (_order_key),
-    .offer_valid    (_engine_offer_valid),
-    .offer_slot     (_order_offer_slot),
-    .offer_firstBit (_engine_offer_firstBit)
+    .clock            (clock),
+    .reset            (reset),
+    .pending          (_order_pending),
+    .leaving          (_order_leaving),
+    .changedNow       (_order_changedNow),
+    .changedLate      (_order_changedLate),
+    .append_valid     (_order_append_valid),
+    .append_bits      (_order_append_bits),
+    .appended         (_order_appended),
+    .read_valid       (_order_read_valid),
+    .read_bits        (_order_read_bits),
+    .ready            (_order_ready),
+    .key              (_order_key),
+    .offer_valid      (_engine_offer_valid),
+    .offer_slot       (_order_offer_slot),
+    .offer_firstBit   (_engine_offer_firstBit),
+    .ram_write        (_order_ram_write),
+    .ram_writeAddress (_order_ram_writeAddress),
+    .ram_writeData    (_order_ram_writeData),
+    .ram_readAddress  (_order_ram_readAddress),
+    .ram_readData     (_order_ram_readData)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(4)
+  ) orderRam (
+    .clock        (clock),
+    .write        (_order_ram_write),
+    .writeAddress (_order_ram_writeAddress),
+    .writeData    (_order_ram_writeData),
+    .readAddress  (_order_ram_readAddress),
+    .readData     (_order_ram_readData)
   );
   assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
   assign _states_request_bits = _front_append_bits;

@@ -2187,8 +2187,6 @@ module FrameShift(
   assign identified = idEnds;
 endmodule
 
-// external module DualPortRam
-
 module SlotOrder(
   input         clock,
   input         reset,
@@ -2205,14 +2203,15 @@ module SlotOrder(
   input  [31:0] key,
   output        offer_valid,
   output [3:0]  offer_slot,
-  output        offer_firstBit
+  output        offer_firstBit,
+  output        ram_write,
+  output [5:0]  ram_writeAddress,
+  output [3:0]  ram_writeData,
+  output [5:0]  ram_readAddress,
+  input  [3:0]  ram_readData,
+  input         rests
 );
 
-  wire        _list_write;
-  wire [5:0]  _list_writeAddress;
-  wire [3:0]  _list_writeData;
-  wire [5:0]  _list_readAddress;
-  wire [3:0]  _list_readData;
   wire        changed = changedNow | changedLate;
   reg         bank;
   reg  [4:0]  count;
@@ -2239,6 +2238,7 @@ module SlotOrder(
   reg  [3:0]  bestSlot;
   wire        _appended_output = append_valid & ~walks & ~changed;
   wire        _GEN = compares & (~found | thisKey < bestKey);
+  wire        _GEN_0 = changed | rests;
   reg  [5:0]  waits;
   reg         offered_valid;
   reg  [3:0]  offered_slot;
@@ -2248,9 +2248,9 @@ module SlotOrder(
   reg  [3:0]  before_slot;
   reg         before_firstBit;
   reg  [1:0]  recent;
-  wire [15:0] _GEN_0 = {12'h0, offered_slot};
-  wire [15:0] _offer_valid_T = pending >> _GEN_0;
-  wire [15:0] _offer_valid_T_3 = leaving >> _GEN_0;
+  wire [15:0] _GEN_1 = {12'h0, offered_slot};
+  wire [15:0] _offer_valid_T = pending >> _GEN_1;
+  wire [15:0] _offer_valid_T_3 = leaving >> _GEN_1;
   wire        _offer_valid_output = offered_valid & _offer_valid_T[0] & ~(_offer_valid_T_3[0]);
   wire [15:0] _offered_valid_T = pending >> before_slot;
   wire        stays = wants & ~ready;
@@ -2276,23 +2276,25 @@ module SlotOrder(
     end
     else begin
       bank <= ~changed & isDone ^ bank;
-      if (~changed) begin
+      if (rests)
+        count <= 5'h0;
+      else if (~changed) begin
         if (isDone)
           count <= to;
         else if (_appended_output)
           count <= count + 5'h1;
       end
       walks <= changed | ~isDone & walks;
-      isThere <= ~changed & reads;
-      first_valid <= ~changed & (stays ? first_valid : second_valid | isThere);
+      isThere <= ~_GEN_0 & reads;
+      first_valid <= ~_GEN_0 & (stays ? first_valid : second_valid | isThere);
       if (~stays)
-        first_bits <= second_valid ? second_bits : _list_readData;
-      second_valid <= ~changed & (isThere & (stays | second_valid) | stays & second_valid);
+        first_bits <= second_valid ? second_bits : ram_readData;
+      second_valid <= ~_GEN_0 & (isThere & (stays | second_valid) | stays & second_valid);
       if (isThere)
-        second_bits <= _list_readData;
+        second_bits <= ram_readData;
       comes <= keeps & ~changed;
       compares <= comes & ~changed;
-      found <= ~changed & (_GEN | found);
+      found <= ~_GEN_0 & (_GEN | found);
       if (changedNow)
         waits <= 6'h37;
       else if (changedLate) begin
@@ -2319,7 +2321,7 @@ module SlotOrder(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
-    if (changed) begin
+    if (_GEN_0) begin
       at <= 5'h0;
       to <= 5'h0;
     end
@@ -2342,29 +2344,19 @@ module SlotOrder(
       before_firstBit <= offered_firstBit;
     end
   end // always @(posedge)
-  assign _list_write = _appended_output | keeps;
-  assign _list_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign _list_writeData = _appended_output ? append_bits : first_bits;
-  assign _list_readAddress = {1'h0, bank, at[3:0]};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(4)
-  ) list (
-    .clock        (clock),
-    .write        (_list_write),
-    .writeAddress (_list_writeAddress),
-    .writeData    (_list_writeData),
-    .readAddress  (_list_readAddress),
-    .readData     (_list_readData)
-  );
   assign appended = _appended_output;
   assign read_valid = wants;
   assign read_bits = first_bits;
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
+  assign ram_write = _appended_output | keeps;
+  assign ram_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
+  assign ram_writeData = _appended_output ? append_bits : first_bits;
+  assign ram_readAddress = {1'h0, bank, at[3:0]};
 endmodule
+
+// external module DualPortRam
 
 module SlotStates(
   input         clock,
@@ -3286,6 +3278,11 @@ module CanPort(
   output [15:0] relay_pending,
   output [15:0] relay_abort,
   output        relay_oneShot,
+  input         relay_list_write,
+  input  [5:0]  relay_list_writeAddress,
+  input  [35:0] relay_list_writeData,
+  input  [5:0]  relay_list_readAddress,
+  output [35:0] relay_list_readData,
   input  [15:0] relay_slots_begun,
   input         relay_slots_ends_valid,
   input  [3:0]  relay_slots_ends_bits,
@@ -3417,6 +3414,11 @@ module CanPort(
   wire [3:0]  _states_current;
   wire        _states_aborted;
   wire        _states_ended;
+  wire        _orderRam_write;
+  wire [5:0]  _orderRam_writeAddress;
+  wire [35:0] _orderRam_writeData;
+  wire [5:0]  _orderRam_readAddress;
+  wire [35:0] _orderRam_readData;
   wire [15:0] _order_pending;
   wire [15:0] _order_leaving;
   wire        _order_changedNow;
@@ -3424,10 +3426,15 @@ module CanPort(
   wire        _order_append_valid;
   wire        _order_ready;
   wire [31:0] _order_key;
+  wire [3:0]  _order_ram_readData;
   wire        _order_appended;
   wire        _order_read_valid;
   wire [3:0]  _order_read_bits;
   wire [3:0]  _order_offer_slot;
+  wire        _order_ram_write;
+  wire [5:0]  _order_ram_writeAddress;
+  wire [3:0]  _order_ram_writeData;
+  wire [5:0]  _order_ram_readAddress;
   wire [31:0] _shift_data;
   wire [31:0] _shift_order;
   wire        _shift_load_valid;
@@ -3683,23 +3690,46 @@ module CanPort(
     _memory_data[31]
       ? {_memory_data[28:18], 2'h3, _memory_data[17:0], _memory_data[30]}
       : {_memory_data[10:0], _memory_data[30], 20'h0};
+  assign _order_ram_readData = _orderRam_readData[3:0];
   SlotOrder order (
-    .clock          (clock),
-    .reset          (reset),
-    .pending        (_order_pending),
-    .leaving        (_order_leaving),
-    .changedNow     (_order_changedNow),
-    .changedLate    (_order_changedLate),
-    .append_valid   (_order_append_valid),
-    .append_bits    (append_bits),
-    .appended       (_order_appended),
-    .read_valid     (_order_read_valid),
-    .read_bits      (_order_read_bits),
-    .ready          (_order_ready),
-    .key            (_order_key),
-    .offer_valid    (_engine_offer_valid),
-    .offer_slot     (_order_offer_slot),
-    .offer_firstBit (_engine_offer_firstBit)
+    .clock            (clock),
+    .reset            (reset),
+    .pending          (_order_pending),
+    .leaving          (_order_leaving),
+    .changedNow       (_order_changedNow),
+    .changedLate      (_order_changedLate),
+    .append_valid     (_order_append_valid),
+    .append_bits      (append_bits),
+    .appended         (_order_appended),
+    .read_valid       (_order_read_valid),
+    .read_bits        (_order_read_bits),
+    .ready            (_order_ready),
+    .key              (_order_key),
+    .offer_valid      (_engine_offer_valid),
+    .offer_slot       (_order_offer_slot),
+    .offer_firstBit   (_engine_offer_firstBit),
+    .ram_write        (_order_ram_write),
+    .ram_writeAddress (_order_ram_writeAddress),
+    .ram_writeData    (_order_ram_writeData),
+    .ram_readAddress  (_order_ram_readAddress),
+    .ram_readData     (_order_ram_readData),
+    .rests            (relay_on)
+  );
+  assign _orderRam_write = relay_on ? relay_list_write : _order_ram_write;
+  assign _orderRam_writeAddress = relay_on ? relay_list_writeAddress : _order_ram_writeAddress;
+  assign _orderRam_writeData = relay_on ? relay_list_writeData : {32'h0, _order_ram_writeData};
+  assign _orderRam_readAddress = relay_on ? relay_list_readAddress : _order_ram_readAddress;
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(36)
+  ) orderRam (
+    .clock        (clock),
+    .write        (_orderRam_write),
+    .writeAddress (_orderRam_writeAddress),
+    .writeData    (_orderRam_writeData),
+    .readAddress  (_orderRam_readAddress),
+    .readData     (_orderRam_readData)
   );
   assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
   assign _states_request_valid = _front_appended_T_1 | bridged;
@@ -3946,6 +3976,7 @@ module CanPort(
   assign relay_pending = _states_pending;
   assign relay_abort = relay_abort_REG;
   assign relay_oneShot = _front_control_oneShot;
+  assign relay_list_readData = _orderRam_readData;
   assign relay_stamped = _memory_done[1];
   assign relay_orderReady = _memory_orderReady;
   assign relay_data = _memory_data;
@@ -4631,6 +4662,8 @@ module ProtocolEngine_1(
   assign integrating = place_field == 5'h16;
 endmodule
 
+// external module DualPortRam
+
 module SlotStates_1(
   input         clock,
   input         reset,
@@ -5159,10 +5192,16 @@ module CanPort_1(
   wire        _order_append_valid;
   wire        _order_ready;
   wire [31:0] _order_key;
+  wire [3:0]  _order_ram_readData;
+  wire        _order_rests = 1'h0;
   wire        _order_appended;
   wire        _order_read_valid;
   wire [3:0]  _order_read_bits;
   wire [3:0]  _order_offer_slot;
+  wire        _order_ram_write;
+  wire [5:0]  _order_ram_writeAddress;
+  wire [3:0]  _order_ram_writeData;
+  wire [5:0]  _order_ram_readAddress;
   wire [31:0] _shift_data;
   wire [31:0] _shift_order;
   wire        _shift_load_valid;
@@ -5411,22 +5450,40 @@ module CanPort_1(
       ? {_memory_data[28:18], 2'h3, _memory_data[17:0], _memory_data[30]}
       : {_memory_data[10:0], _memory_data[30], 20'h0};
   SlotOrder order (
-    .clock          (clock),
-    .reset          (reset),
-    .pending        (_order_pending),
-    .leaving        (_order_leaving),
-    .changedNow     (_order_changedNow),
-    .changedLate    (_order_changedLate),
-    .append_valid   (_order_append_valid),
-    .append_bits    (append_bits),
-    .appended       (_order_appended),
-    .read_valid     (_order_read_valid),
-    .read_bits      (_order_read_bits),
-    .ready          (_order_ready),
-    .key            (_order_key),
-    .offer_valid    (_engine_offer_valid),
-    .offer_slot     (_order_offer_slot),
-    .offer_firstBit (_engine_offer_firstBit)
+    .clock            (clock),
+    .reset            (reset),
+    .pending          (_order_pending),
+    .leaving          (_order_leaving),
+    .changedNow       (_order_changedNow),
+    .changedLate      (_order_changedLate),
+    .append_valid     (_order_append_valid),
+    .append_bits      (append_bits),
+    .appended         (_order_appended),
+    .read_valid       (_order_read_valid),
+    .read_bits        (_order_read_bits),
+    .ready            (_order_ready),
+    .key              (_order_key),
+    .offer_valid      (_engine_offer_valid),
+    .offer_slot       (_order_offer_slot),
+    .offer_firstBit   (_engine_offer_firstBit),
+    .ram_write        (_order_ram_write),
+    .ram_writeAddress (_order_ram_writeAddress),
+    .ram_writeData    (_order_ram_writeData),
+    .ram_readAddress  (_order_ram_readAddress),
+    .ram_readData     (_order_ram_readData),
+    .rests            (_order_rests)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(4)
+  ) orderRam (
+    .clock        (clock),
+    .write        (_order_ram_write),
+    .writeAddress (_order_ram_writeAddress),
+    .writeData    (_order_ram_writeData),
+    .readAddress  (_order_ram_readAddress),
+    .readData     (_order_ram_readData)
   );
   assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
   assign _states_request_valid = _front_appended_T_1 | bridged;
@@ -6115,8 +6172,6 @@ module LinkSender(
   assign fetch_bits = count[7:3] < 5'h4 ? count[7:3] : count[7:3] - 5'h1;
   assign isOwn = ownReg;
 endmodule
-
-// external module DualPortRam
 
 module TransitLists(
   input         clock,
@@ -7026,14 +7081,15 @@ module SlotList(
   input         ready,
   input  [31:0] key,
   input  [3:0]  look,
-  output [31:0] looked
+  output [31:0] looked,
+  output        ram_write,
+  output [5:0]  ram_writeAddress,
+  output [35:0] ram_writeData,
+  output [5:0]  ram_readAddress,
+  input  [35:0] ram_readData,
+  input         on
 );
 
-  wire        _ram_write;
-  wire [5:0]  _ram_writeAddress;
-  wire [35:0] _ram_writeData;
-  wire [5:0]  _ram_readAddress;
-  wire [35:0] _ram_readData;
   reg         bank;
   reg  [4:0]  count;
   reg         walks;
@@ -7062,7 +7118,8 @@ module SlotList(
   wire        first = joins & ~isIn & passes & held_key < passing_key;
   wire        isLast = joins & ~isIn & isOver;
   wire [4:0]  _behind_T = to + 5'h1;
-  wire        _ram_io_writeData_T_1 = isIn | first | isLast;
+  wire        _ram_writeData_T_1 = isIn | first | isLast;
+  wire        _GEN = ~on | isOver;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       bank <= 1'h0;
@@ -7080,11 +7137,16 @@ module SlotList(
     end
     else begin
       bank <= isOver ^ bank;
-      if (isOver) begin
-        count <= to + {4'h0, isLast};
+      if (on) begin
+        if (isOver)
+          count <= to + {4'h0, isLast};
+      end
+      else
+        count <= 5'h0;
+      walks <= ~_GEN & (walk | walks);
+      if (_GEN) begin
         at <= 5'h0;
         to <= 5'h0;
-        isHeld <= isHeld & ~joins;
       end
       else begin
         if (reads)
@@ -7093,22 +7155,21 @@ module SlotList(
           to <= (isKept ? _behind_T : to) + 5'h1;
         else if (isKept)
           to <= _behind_T;
-        isHeld <= isAsked | isHeld;
       end
-      walks <= ~isOver & (walk | walks);
       comes <= reads;
       passes <= comes;
       entry_valid_REG <= passes;
       isAsked <= _read_valid_output & ready;
-      joins <= ~isOver & (walk ? isHeld : joins);
-      isIn <= ~isOver & (first | isIn);
+      isHeld <= on & (isOver ? isHeld & ~joins : isAsked | isHeld);
+      joins <= ~_GEN & (walk ? isHeld : joins);
+      isIn <= ~_GEN & (first | isIn);
     end
   end // always @(posedge, posedge)
-  wire [30:0] _isSame_T = passing_key[31:1] ^ _ram_readData[35:5];
+  wire [30:0] _isSame_T = passing_key[31:1] ^ ram_readData[35:5];
   always @(posedge clock) begin
     comesAt <= at[3:0];
-    passing_key <= _ram_readData[35:4];
-    passing_slot <= _ram_readData[3:0];
+    passing_key <= ram_readData[35:4];
+    passing_slot <= ram_readData[3:0];
     passingAt <= comesAt;
     entry_bits_slot_REG <= passing_slot;
     entry_bits_place_REG <= passingAt;
@@ -7122,34 +7183,21 @@ module SlotList(
       held_slot <= append_bits;
     end
   end // always @(posedge)
-  assign _ram_write = isIn ? isKept : passes | isLast;
-  assign _ram_writeAddress = {1'h0, ~bank, isIn | ~isKept ? to[3:0] : _behind_T[3:0]};
-  assign _ram_writeData =
-    {_ram_io_writeData_T_1 ? held_key : passing_key, _ram_io_writeData_T_1 ? held_slot : passing_slot};
-  assign _ram_readAddress = {1'h0, reads ? {bank, at[3:0]} : {bank ^ ~walks, look}};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(36)
-  ) ram (
-    .clock        (clock),
-    .write        (_ram_write),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (_ram_readAddress),
-    .readData     (_ram_readData)
-  );
   assign entry_valid = entry_valid_REG;
   assign entry_bits_slot = entry_bits_slot_REG;
   assign entry_bits_place = entry_bits_place_REG;
   assign entry_bits_sameAsNext = entry_bits_sameAsNext_REG;
-  assign coming = _ram_readData[3:0];
+  assign coming = ram_readData[3:0];
   assign next_valid = passes;
   assign next_bits = passing_slot;
   assign appended = isOver & joins;
   assign read_valid = _read_valid_output;
   assign read_bits = append_bits;
-  assign looked = _ram_readData[35:4];
+  assign looked = ram_readData[35:4];
+  assign ram_write = isIn ? isKept : passes | isLast;
+  assign ram_writeAddress = {1'h0, ~bank, isIn | ~isKept ? to[3:0] : _behind_T[3:0]};
+  assign ram_writeData = {_ram_writeData_T_1 ? held_key : passing_key, _ram_writeData_T_1 ? held_slot : passing_slot};
+  assign ram_readAddress = {1'h0, reads ? {bank, at[3:0]} : {bank ^ ~walks, look}};
 endmodule
 
 module OwnChoice(
@@ -8565,6 +8613,11 @@ module RelayMode(
   input  [15:0] port_pending,
   input  [15:0] port_abort,
   input         port_oneShot,
+  output        port_list_write,
+  output [5:0]  port_list_writeAddress,
+  output [35:0] port_list_writeData,
+  output [5:0]  port_list_readAddress,
+  input  [35:0] port_list_readData,
   output [15:0] port_slots_begun,
   output        port_slots_ends_valid,
   output [3:0]  port_slots_ends_bits,
@@ -8673,6 +8726,7 @@ module RelayMode(
   wire        _list_keeps;
   wire [31:0] _list_key;
   wire [3:0]  _list_look;
+  wire        _list_on;
   wire        _list_entry_valid;
   wire [3:0]  _list_entry_bits_slot;
   wire [3:0]  _list_entry_bits_place;
@@ -8818,6 +8872,7 @@ module RelayMode(
   );
   assign _list_key =
     port_data[31] ? {port_data[28:18], 2'h3, port_data[17:0], port_data[30]} : {port_data[10:0], port_data[30], 20'h0};
+  assign _list_on = _front_setting_on;
   SlotList list (
     .clock                 (clock),
     .reset                 (reset),
@@ -8838,7 +8893,13 @@ module RelayMode(
     .ready                 (port_orderReady),
     .key                   (_list_key),
     .look                  (_list_look),
-    .looked                (_list_looked)
+    .looked                (_list_looked),
+    .ram_write             (port_list_write),
+    .ram_writeAddress      (port_list_writeAddress),
+    .ram_writeData         (port_list_writeData),
+    .ram_readAddress       (port_list_readAddress),
+    .ram_readData          (port_list_readData),
+    .on                    (_list_on)
   );
   assign _own_setting_on = _front_setting_on;
   assign _own_setting_confirm = _front_setting_confirm;
@@ -9584,6 +9645,10 @@ module ring_node_tp(
   wire        _portF_counts_19;
   wire        _portF_relay_on;
   wire        _portF_relay_appended;
+  wire        _portF_relay_list_write;
+  wire [5:0]  _portF_relay_list_writeAddress;
+  wire [35:0] _portF_relay_list_writeData;
+  wire [5:0]  _portF_relay_list_readAddress;
   wire [15:0] _portF_relay_slots_begun;
   wire        _portF_relay_slots_ends_valid;
   wire [3:0]  _portF_relay_slots_ends_bits;
@@ -9631,6 +9696,7 @@ module ring_node_tp(
   wire [15:0] _portF_relay_pending;
   wire [15:0] _portF_relay_abort;
   wire        _portF_relay_oneShot;
+  wire [35:0] _portF_relay_list_readData;
   wire        _portF_relay_stamped;
   wire        _portF_relay_orderReady;
   wire [31:0] _portF_relay_data;
@@ -9786,6 +9852,11 @@ module ring_node_tp(
     .relay_pending              (_portF_relay_pending),
     .relay_abort                (_portF_relay_abort),
     .relay_oneShot              (_portF_relay_oneShot),
+    .relay_list_write           (_portF_relay_list_write),
+    .relay_list_writeAddress    (_portF_relay_list_writeAddress),
+    .relay_list_writeData       (_portF_relay_list_writeData),
+    .relay_list_readAddress     (_portF_relay_list_readAddress),
+    .relay_list_readData        (_portF_relay_list_readData),
     .relay_slots_begun          (_portF_relay_slots_begun),
     .relay_slots_ends_valid     (_portF_relay_slots_ends_valid),
     .relay_slots_ends_bits      (_portF_relay_slots_ends_bits),
@@ -9888,76 +9959,81 @@ module ring_node_tp(
   assign _relay_host_be = _wide_wide_be;
   assign _relay_time = _time_timer[15:0];
   RelayMode relay (
-    .clock                 (clock),
-    .reset                 (reset),
-    .port_on               (_portF_relay_on),
-    .port_append_valid     (_portF_relay_append_valid),
-    .port_append_bits      (_portF_relay_append_bits),
-    .port_appended         (_portF_relay_appended),
-    .port_pending          (_portF_relay_pending),
-    .port_abort            (_portF_relay_abort),
-    .port_oneShot          (_portF_relay_oneShot),
-    .port_slots_begun      (_portF_relay_slots_begun),
-    .port_slots_ends_valid (_portF_relay_slots_ends_valid),
-    .port_slots_ends_bits  (_portF_relay_slots_ends_bits),
-    .port_slots_sent       (_portF_relay_slots_sent),
-    .port_slots_drops      (_portF_relay_slots_drops),
-    .port_slots_holds      (_portF_relay_slots_holds),
-    .port_stamp_valid      (_portF_relay_stamp_valid),
-    .port_stamp_bits       (_portF_relay_stamp_bits),
-    .port_time             (_portF_relay_time),
-    .port_stamped          (_portF_relay_stamped),
-    .port_load_valid       (_portF_relay_load_valid),
-    .port_load_bits        (_portF_relay_load_bits),
-    .port_order_valid      (_portF_relay_order_valid),
-    .port_order_bits       (_portF_relay_order_bits),
-    .port_orderReady       (_portF_relay_orderReady),
-    .port_data             (_portF_relay_data),
-    .port_start            (_portF_relay_start),
-    .port_identifier       (_portF_relay_identifier),
-    .port_done             (_portF_relay_done),
-    .port_matches          (_portF_relay_matches),
-    .port_entry            (_portF_relay_entry),
-    .port_store_valid      (_portF_relay_store_valid),
-    .port_store_bits       (_portF_relay_store_bits),
-    .port_word             (_portF_relay_word),
-    .port_accept           (_portF_relay_accept),
-    .port_second           (_portF_relay_second),
-    .port_busy             (_portF_relay_busy),
-    .links_on              (_ring_relay_on),
-    .links_send_0          (_ring_relay_send_0),
-    .links_send_1          (_ring_relay_send_1),
-    .links_stuck_0         (_ring_relay_stuck_0),
-    .links_stuck_1         (_ring_relay_stuck_1),
-    .links_up_0            (_ring_relay_up_0),
-    .links_up_1            (_ring_relay_up_1),
-    .links_level_0         (_ring_relay_level_0),
-    .links_level_1         (_ring_relay_level_1),
-    .links_address         (_ring_relay_address),
-    .host_req              (_relay_host_req),
-    .host_write            (_relay_host_write),
-    .host_addr             (nodeAddr),
-    .host_wdata            (_relay_host_wdata),
-    .host_be               (_relay_host_be),
-    .host_ack              (_relay_host_ack),
-    .host_rdata            (_relay_host_rdata),
-    .irq                   (_relay_irq),
-    .counts_0              (_portF_counts_6),
-    .counts_1              (_portF_counts_7),
-    .counts_2              (_portF_counts_8),
-    .counts_3              (_portF_counts_9),
-    .counts_4              (_portF_counts_10),
-    .counts_5              (_portF_counts_11),
-    .counts_6              (_portF_counts_12),
-    .counts_7              (_portF_counts_13),
-    .counts_8              (_portF_counts_14),
-    .counts_9              (_portF_counts_15),
-    .counts_10             (_portF_counts_16),
-    .counts_11             (_portF_counts_17),
-    .counts_12             (_portF_counts_18),
-    .counts_13             (_portF_counts_19),
-    .us                    (_time_us),
-    .time_0                (_relay_time)
+    .clock                  (clock),
+    .reset                  (reset),
+    .port_on                (_portF_relay_on),
+    .port_append_valid      (_portF_relay_append_valid),
+    .port_append_bits       (_portF_relay_append_bits),
+    .port_appended          (_portF_relay_appended),
+    .port_pending           (_portF_relay_pending),
+    .port_abort             (_portF_relay_abort),
+    .port_oneShot           (_portF_relay_oneShot),
+    .port_list_write        (_portF_relay_list_write),
+    .port_list_writeAddress (_portF_relay_list_writeAddress),
+    .port_list_writeData    (_portF_relay_list_writeData),
+    .port_list_readAddress  (_portF_relay_list_readAddress),
+    .port_list_readData     (_portF_relay_list_readData),
+    .port_slots_begun       (_portF_relay_slots_begun),
+    .port_slots_ends_valid  (_portF_relay_slots_ends_valid),
+    .port_slots_ends_bits   (_portF_relay_slots_ends_bits),
+    .port_slots_sent        (_portF_relay_slots_sent),
+    .port_slots_drops       (_portF_relay_slots_drops),
+    .port_slots_holds       (_portF_relay_slots_holds),
+    .port_stamp_valid       (_portF_relay_stamp_valid),
+    .port_stamp_bits        (_portF_relay_stamp_bits),
+    .port_time              (_portF_relay_time),
+    .port_stamped           (_portF_relay_stamped),
+    .port_load_valid        (_portF_relay_load_valid),
+    .port_load_bits         (_portF_relay_load_bits),
+    .port_order_valid       (_portF_relay_order_valid),
+    .port_order_bits        (_portF_relay_order_bits),
+    .port_orderReady        (_portF_relay_orderReady),
+    .port_data              (_portF_relay_data),
+    .port_start             (_portF_relay_start),
+    .port_identifier        (_portF_relay_identifier),
+    .port_done              (_portF_relay_done),
+    .port_matches           (_portF_relay_matches),
+    .port_entry             (_portF_relay_entry),
+    .port_store_valid       (_portF_relay_store_valid),
+    .port_store_bits        (_portF_relay_store_bits),
+    .port_word              (_portF_relay_word),
+    .port_accept            (_portF_relay_accept),
+    .port_second            (_portF_relay_second),
+    .port_busy              (_portF_relay_busy),
+    .links_on               (_ring_relay_on),
+    .links_send_0           (_ring_relay_send_0),
+    .links_send_1           (_ring_relay_send_1),
+    .links_stuck_0          (_ring_relay_stuck_0),
+    .links_stuck_1          (_ring_relay_stuck_1),
+    .links_up_0             (_ring_relay_up_0),
+    .links_up_1             (_ring_relay_up_1),
+    .links_level_0          (_ring_relay_level_0),
+    .links_level_1          (_ring_relay_level_1),
+    .links_address          (_ring_relay_address),
+    .host_req               (_relay_host_req),
+    .host_write             (_relay_host_write),
+    .host_addr              (nodeAddr),
+    .host_wdata             (_relay_host_wdata),
+    .host_be                (_relay_host_be),
+    .host_ack               (_relay_host_ack),
+    .host_rdata             (_relay_host_rdata),
+    .irq                    (_relay_irq),
+    .counts_0               (_portF_counts_6),
+    .counts_1               (_portF_counts_7),
+    .counts_2               (_portF_counts_8),
+    .counts_3               (_portF_counts_9),
+    .counts_4               (_portF_counts_10),
+    .counts_5               (_portF_counts_11),
+    .counts_6               (_portF_counts_12),
+    .counts_7               (_portF_counts_13),
+    .counts_8               (_portF_counts_14),
+    .counts_9               (_portF_counts_15),
+    .counts_10              (_portF_counts_16),
+    .counts_11              (_portF_counts_17),
+    .counts_12              (_portF_counts_18),
+    .counts_13              (_portF_counts_19),
+    .us                     (_time_us),
+    .time_0                 (_relay_time)
   );
   assign _node_host_write = _wide_wide_write;
   assign _node_host_wdata = _wide_wide_wdata;

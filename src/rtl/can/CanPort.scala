@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.HostPort
 import flyframe.params.CanParams
+import flyframe.ram.{DualPortRam, RamUse}
 
 /** What a host may want to be told, each a pulse. */
 class PortEvents extends Bundle {
@@ -33,7 +34,10 @@ class RelaySide(p: CanParams) extends Bundle {
   val pending  = Input(UInt(p.slots.W))
   val abort    = Input(UInt(p.slots.W))
   val oneShot  = Input(Bool())
-  val slots    = Output(new RelaySlots(p))
+
+  /** The block RAM in which [[SlotOrder]] has its list in bus mode. */
+  val list  = new RamUse(SlotOrder.words(p), RelaySide.listBits(p))
+  val slots = Output(new RelaySlots(p))
 
   /** A slot's time stamp is to be written, until it is `stamped`. */
   val stamp   = Output(Valid(UInt(slotBits.W)))
@@ -62,6 +66,12 @@ class RelaySide(p: CanParams) extends Bundle {
 
   /** No frame may be stored now. */
   val busy = Option.when(p.bridge)(Input(Bool()))
+}
+
+object RelaySide {
+
+  /** Bits of a word of its list of slots: a key and a slot. */
+  def listBits(p: CanParams): Int = 32 + log2Ceil(p.slots)
 }
 
 /** A CAN controller with its slots, filters and FIFO (CAN-01 to CAN-46). It only connects.
@@ -112,19 +122,21 @@ class CanPort(
   /** What relay mode says, if there is one and it is on. */
   private def relayed[T <: Data](own: T)(of: RelaySide => T): T = relay.fold(own)(r => Mux(r.on, of(r), own))
 
-  private val timing   = Module(new BitTiming)
-  private val engine   = Module(new ProtocolEngine(isTolerant = isTolerant))
-  private val shift    = Module(new FrameShift)
-  private val order    = Module(new SlotOrder(p))
-  private val states   = Module(new SlotStates(p, hasRelay))
-  private val words    = Option.when(counters.nonEmpty)(Module(new WordCounters(counters)))
-  private val memory   = Module(new PortMemory(Seq(words.nonEmpty, p.bridge).count(identity) + 3))
-  private val filter   = Module(new AcceptanceFilter(p))
-  private val fifo     = Module(new ReceiveFifo(p.rxFrames, hasBridge = p.bridge))
-  private val recorder = Module(new EventRecorder(p.bridge))
-  private val front    = Module(new PortHost(p, port, words.map(_ => countersAt)))
-  private val control  = front.control
-  private val happens  = engine.events
+  private val timing    = Module(new BitTiming)
+  private val engine    = Module(new ProtocolEngine(isTolerant = isTolerant))
+  private val shift     = Module(new FrameShift)
+  private val order     = Module(new SlotOrder(p))
+  private val orderBits = if (hasRelay) RelaySide.listBits(p) else log2Ceil(p.slots)
+  private val orderRam  = DualPortRam(SlotOrder.words(p), orderBits)(clock)
+  private val states    = Module(new SlotStates(p, hasRelay))
+  private val words     = Option.when(counters.nonEmpty)(Module(new WordCounters(counters)))
+  private val memory    = Module(new PortMemory(Seq(words.nonEmpty, p.bridge).count(identity) + 3))
+  private val filter    = Module(new AcceptanceFilter(p))
+  private val fifo      = Module(new ReceiveFifo(p.rxFrames, hasBridge = p.bridge))
+  private val recorder  = Module(new EventRecorder(p.bridge))
+  private val front     = Module(new PortHost(p, port, words.map(_ => countersAt)))
+  private val control   = front.control
+  private val happens   = engine.events
 
   // ---- bits ----
 
@@ -195,16 +207,22 @@ class CanPort(
   states.ends          := happens.ends
   states.sent          := happens.sent
 
-  order.pending      := states.pending
-  order.leaving      := states.leaving
-  order.changedNow   := states.aborted || RegNext(front.orders.requested || bridged, false.B)
-  order.changedLate  := states.ended
-  order.append.bits  := append.bits
-  order.append.valid := append.valid && !relay.fold(false.B)(_.on)
-  order.ready        := memory.orderReady
-  order.key          := CanOrder(memory.data)
-  memory.order       := relayed(order.read)(_.order)
-  front.appended     := appended && !ofBridge
+  order.pending            := states.pending
+  order.leaving            := states.leaving
+  order.changedNow         := states.aborted || RegNext(front.orders.requested || bridged, false.B)
+  order.changedLate        := states.ended
+  order.append.bits        := append.bits
+  order.append.valid       := append.valid && !relay.fold(false.B)(_.on)
+  order.ready              := memory.orderReady
+  order.key                := CanOrder(memory.data)
+  memory.order             := relayed(order.read)(_.order)
+  order.rests              := relay.fold(false.B)(_.on)
+  order.ram.readData       := orderRam.io.readData
+  orderRam.io.readAddress  := relayed(order.ram.readAddress)(_.list.readAddress)
+  orderRam.io.write        := relayed(order.ram.write)(_.list.write)
+  orderRam.io.writeAddress := relayed(order.ram.writeAddress)(_.list.writeAddress)
+  orderRam.io.writeData    := relayed(order.ram.writeData.pad(orderBits))(_.list.writeData)
+  front.appended           := appended && !ofBridge
 
   // Reset: no stamp is to be written.
   private val stamps  = RegInit(false.B)
@@ -320,16 +338,17 @@ class CanPort(
     r.append.bits  := append.bits
     r.append.valid := append.valid && r.on
     for (to <- r.busy; from <- bridgeFrom; busy <- from.busy) to := busy
-    r.pending    := states.pending
-    r.abort      := RegNext(front.orders.abort, 0.U)
-    r.oneShot    := control.oneShot
-    r.stamped    := memory.done(1)
-    r.orderReady := memory.orderReady
-    r.data       := memory.data
-    r.done       := filter.done
-    r.matches    := filter.matches
-    r.entry      := filter.entry
-    r.drops      := fifo.drops
+    r.pending       := states.pending
+    r.list.readData := orderRam.io.readData
+    r.abort         := RegNext(front.orders.abort, 0.U)
+    r.oneShot       := control.oneShot
+    r.stamped       := memory.done(1)
+    r.orderReady    := memory.orderReady
+    r.data          := memory.data
+    r.done          := filter.done
+    r.matches       := filter.matches
+    r.entry         := filter.entry
+    r.drops         := fifo.drops
   }
   for (slots <- states.relay; r <- relay) slots := r.slots
 }

@@ -3,7 +3,7 @@ package flyframe.can
 import chisel3._
 import chisel3.util._
 import flyframe.params.CanParams
-import flyframe.ram.DualPortRam
+import flyframe.ram.RamUse
 
 /** Finds the pending slot that is first in CAN order (CAN-41, CB-08).
   *
@@ -34,6 +34,10 @@ class SlotOrder(p: CanParams) extends Module {
 
   val offer = IO(Output(new Offer))
 
+  /** Block RAM for the list. It belongs to somebody else while this `rests`, and the list is empty then. */
+  val ram   = IO(new RamUse(SlotOrder.words(p), slotBits))
+  val rests = IO(Input(Bool()))
+
   private val changed = changedNow || changedLate
 
   // Reset: both lists are empty, and there is nothing to do.
@@ -44,7 +48,6 @@ class SlotOrder(p: CanParams) extends Module {
   private val to    = Reg(UInt((slotBits + 1).W))    // how many go to the other list
 
   // Two entries are read ahead, so that what is read does not hang on whether a key can be. Reset: none is.
-  private val list    = DualPortRam(SlotOrder.Words max 2 * p.slots, slotBits)(clock)
   private val isThere = RegInit(false.B) // an entry
   private val first   = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W))))
   private val second  = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W))))
@@ -61,10 +64,10 @@ class SlotOrder(p: CanParams) extends Module {
   when(reads) { at := at + 1.U }
   when(!stays) {
     first.valid := second.valid || isThere
-    first.bits  := Mux(second.valid, second.bits, list.io.readData)
+    first.bits  := Mux(second.valid, second.bits, ram.readData)
   }
   second.valid := isThere && (stays || second.valid) || (stays && second.valid)
-  when(isThere) { second.bits := list.io.readData }
+  when(isThere) { second.bits := ram.readData }
 
   // A key comes in the cycle behind its read, and is compared in the next.
   private val comes    = RegNext(keeps && !changed, false.B)
@@ -76,11 +79,11 @@ class SlotOrder(p: CanParams) extends Module {
   private val bestSlot = Reg(UInt(slotBits.W))
   private val isDone   = walks && isAtEnd && !isThere && !first.valid && !second.valid && !comes && !compares
 
-  appended             := append.valid && !walks && !changed
-  list.io.readAddress  := bank ## at(slotBits - 1, 0)
-  list.io.write        := appended || keeps
-  list.io.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
-  list.io.writeData    := Mux(appended, append.bits, slot)
+  appended         := append.valid && !walks && !changed
+  ram.readAddress  := bank ## at(slotBits - 1, 0)
+  ram.write        := appended || keeps
+  ram.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
+  ram.writeData    := Mux(appended, append.bits, slot)
   when(appended) { count := count + 1.U }
   when(keeps) { to := to + 1.U }
   when(compares && (!found || thisKey < bestKey)) {
@@ -94,16 +97,19 @@ class SlotOrder(p: CanParams) extends Module {
     count := to
   }
   when(changed) {
-    walks        := true.B
+    walks := true.B
+    bank  := bank
+    count := count
+  }
+  when(changed || rests) {
     isThere      := false.B
     first.valid  := false.B
     second.valid := false.B
     at           := 0.U
     to           := 0.U
     found        := false.B
-    bank         := bank
-    count        := count
   }
+  when(rests) { count := 0.U }
 
   // What was found counts a fixed time behind the last change.
   private val waits   = RegInit(0.U(log2Ceil(p.offerCycles + 1).W)) // reset: no change is under way
@@ -134,6 +140,6 @@ class SlotOrder(p: CanParams) extends Module {
 
 object SlotOrder {
 
-  /** Words of a memory at least, so that it goes to block RAM. */
-  private val Words = 64
+  /** Words of its memory; 64 at least, so that it goes to block RAM. */
+  def words(p: CanParams): Int = 64 max 2 * p.slots
 }

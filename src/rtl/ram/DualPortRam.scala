@@ -14,6 +14,16 @@ class DualPortRamIO(depth: Int, width: Int) extends Bundle {
   val readData            = Output(UInt(width.W))
 }
 
+/** The pins of a [[DualPortRam]] that somebody else has, from the side of who uses it. */
+class RamUse(depth: Int, width: Int) extends Bundle {
+  private val addressBits = log2Ceil(depth) max 1
+  val write               = Output(Bool())
+  val writeAddress        = Output(UInt(addressBits.W))
+  val writeData           = Output(UInt(width.W))
+  val readAddress         = Output(UInt(addressBits.W))
+  val readData            = Input(UInt(width.W))
+}
+
 /** A memory with one write and one read port on one clock, in the form every FPGA tool maps to block RAM (M9K
   * on Cyclone IV).
   *
@@ -30,6 +40,15 @@ class DualPortRam(depth: Int, width: Int)
     with HasBlackBoxInline {
   override def desiredName = "DualPortRam"
   val io                   = IO(new DualPortRamIO(depth, width))
+
+  /** It belongs to somebody else alone. */
+  def serves(use: RamUse): Unit = {
+    io.write        := use.write
+    io.writeAddress := use.writeAddress
+    io.writeData    := use.writeData
+    io.readAddress  := use.readAddress
+    use.readData    := io.readData
+  }
 
   // Hand-written, because the memory model of the Verilog emitter reads with a registered address, for which
   // Quartus adds bypass logic around the block RAM.

@@ -93,6 +93,8 @@ class RelayMode(p: CanParams) extends Module {
 
   // ---- own frames ----
 
+  list.on := setting.on
+  port.list <> list.ram
   list.walk   := own.walk
   list.keeps  := own.keeps
   list.look   := own.look

@@ -2,8 +2,9 @@ package flyframe.relay
 
 import chisel3._
 import chisel3.util._
+import flyframe.can.{RelaySide, SlotOrder}
 import flyframe.params.CanParams
-import flyframe.ram.DualPortRam
+import flyframe.ram.RamUse
 
 /** An entry of [[SlotList]] as a walk comes by. */
 class ListedSlot(slotBits: Int) extends Bundle {
@@ -50,12 +51,15 @@ class SlotList(p: CanParams) extends Module {
   val look   = IO(Input(UInt(slotBits.W)))
   val looked = IO(Output(UInt(KeyBits.W)))
 
+  /** Block RAM for the list. It belongs to [[flyframe.can.SlotOrder]] in bus mode, when the list is empty. */
+  val ram = IO(new RamUse(SlotOrder.words(p), RelaySide.listBits(p)))
+  val on  = IO(Input(Bool()))
+
   private class Word extends Bundle {
     val key  = UInt(KeyBits.W)
     val slot = UInt(slotBits.W)
   }
-  private val ram = DualPortRam(Words max 2 * p.slots, KeyBits + slotBits)(clock)
-  private val got = ram.io.readData.asTypeOf(new Word)
+  private val got = ram.readData.asTypeOf(new Word)
 
   // Reset: both lists are empty, and there is no walk.
   private val bank  = RegInit(false.B)
@@ -108,12 +112,12 @@ class SlotList(p: CanParams) extends Module {
   private val behind = Mux(isKept, to + 1.U, to)
   when(first || (isIn && passes)) { held := passing }
   when(first) { isIn := true.B }
-  appended            := isOver && joins
-  ram.io.readAddress  := Mux(reads, bank ## at(slotBits - 1, 0), (bank ^ !walks) ## look)
-  ram.io.write        := Mux(isIn, isKept, passes || isLast)
-  ram.io.writeAddress := !bank ## Mux(isIn, to, behind)(slotBits - 1, 0)
-  ram.io.writeData    := Mux(isIn || first || isLast, held, passing).asUInt
-  to                  := Mux(first, behind + 1.U, behind)
+  appended         := isOver && joins
+  ram.readAddress  := Mux(reads, bank ## at(slotBits - 1, 0), (bank ^ !walks) ## look)
+  ram.write        := Mux(isIn, isKept, passes || isLast)
+  ram.writeAddress := !bank ## Mux(isIn, to, behind)(slotBits - 1, 0)
+  ram.writeData    := Mux(isIn || first || isLast, held, passing).asUInt
+  to               := Mux(first, behind + 1.U, behind)
   when(isOver) {
     walks  := false.B
     joins  := false.B
@@ -125,6 +129,15 @@ class SlotList(p: CanParams) extends Module {
     to     := 0.U
   }
   looked := got.key
+  when(!on) {
+    walks  := false.B
+    joins  := false.B
+    isIn   := false.B
+    isHeld := false.B
+    count  := 0.U
+    at     := 0.U
+    to     := 0.U
+  }
 }
 
 object SlotList {
@@ -132,9 +145,6 @@ object SlotList {
 
   /** Bits of a key that tell the kind of a frame: those of remote frames with either identifier. */
   private val Kinds = 1 << 20 | 1
-
-  /** Words of a memory at least, so that it goes to block RAM. */
-  private val Words = 64
 
   /** How long a walk takes, its first cycle counted. */
   def walkCycles(p: CanParams): Int = p.slots + 4

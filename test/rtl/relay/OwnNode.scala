@@ -2,8 +2,9 @@ package flyframe.relay
 
 import chisel3._
 import chisel3.util._
-import flyframe.can.CanOrder
+import flyframe.can.{CanOrder, RelaySide, SlotOrder}
 import flyframe.params.CanParams
+import flyframe.ram.DualPortRam
 
 /** A node in relay mode without what receives: passing on, own frames, slots. */
 class OwnNode(p: CanParams) extends Module {
@@ -37,6 +38,7 @@ class OwnNode(p: CanParams) extends Module {
   private val own     = Module(new OwnFrames(p))
   private val bytes   = Module(new OwnBytes(slotBits))
   private val slots   = SyncReadMem(4 * p.slots, UInt(32.W))
+  private val ram     = DualPortRam(SlotOrder.words(p), RelaySide.listBits(p))(clock)
   when(write.valid) { slots.write(write.bits, word) }
 
   private val pending = RegInit(0.U(p.slots.W))
@@ -65,6 +67,8 @@ class OwnNode(p: CanParams) extends Module {
   level              := passing.level
   received           := passing.received
 
+  ram.serves(list.ram)
+  list.on     := setting.on
   list.walk   := own.walk
   list.keeps  := own.keeps
   list.append := append
