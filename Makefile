@@ -205,11 +205,11 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	    --out build/interop/verilog" "run --preset digital-io --out build/interop/verilog" \
 	  "run --preset ring-gateway --out build/interop/verilog" \
 	  "run --preset ring-node --coreClockMhz 50 --name ring-node-50 --out build/interop/verilog"
-	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks $(PRESET)-written digital-io" \
-	  COSIM_TRACE=0
-	$(MAKE) -s -f $(SIM) build/interop/flyframe-ring GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="ring-gateway ring-node-50" COSIM_TRACE=0
+	$(MAKE) -s -j2 -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog \
+	  COSIM_OUT=build/interop PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks \
+	  $(PRESET)-written digital-io" COSIM_TRACE=0 COSIM_PROFILE=1
+	$(MAKE) -s -j2 -f $(SIM) build/interop/flyframe-ring GENERATED=build/interop/verilog \
+	  COSIM_OUT=build/interop PRESETS="ring-gateway ring-node-50" COSIM_TRACE=0
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
 	  --clocks $(PRESET)-clocks --written $(PRESET)-written --digital build/interop/verilog/digital-io $(ARGS)
 
