@@ -3,27 +3,19 @@ package flyframe.can
 import chiseltest._
 import flyframe.Simulation
 import flyframe.params.CanParams
+import flyframe.ram.RamContents
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
 class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val p = CanParams()
 
-  /** A cycle of an order and its block RAM, of which `words` are the contents. */
-  private def step(dut: SlotOrder, words: Array[BigInt]): Unit = {
-    val read = words(dut.ram.readAddress.peek().litValue.toInt)
-    if (dut.ram.write.peek().litToBoolean)
-      words(dut.ram.writeAddress.peek().litValue.toInt) = dut.ram.writeData.peek().litValue
-    dut.clock.step()
-    dut.ram.readData.poke(read)
-  }
-
   "CAN-41, CB-08: the order" should "offer the first one by its key, of equal keys the oldest, in time" in
     test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
       val random  = new Random(1)
       val keys    = Array.fill(p.slots)(0L)
       var pending = Vector.empty[Int] // by age
-      val words   = Array.fill(SlotOrder.words(p))(BigInt(0))
+      val ram     = new RamContents(dut.ram, SlotOrder.words(p))
       for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid, dut.rests)) s.poke(false)
 
       /** A cycle, in which a key is read, unless it must wait. */
@@ -32,7 +24,7 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.ready.poke(ready)
         val read = dut.read.valid.peek().litToBoolean && ready
         val slot = dut.read.bits.peek().litValue.toInt
-        step(dut, words)
+        ram.step(dut.clock)
         dut.key.poke(if (read) keys(slot) else random.nextLong(1L << 32))
       }
       def show(): Unit = dut.pending.poke(pending.map(1 << _).sum)
@@ -51,7 +43,7 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
           show()
           dut.rests.poke(true)
           for (_  <- 0 to random.nextInt(8)) cycle()
-          for (at <- words.indices) words(at) = random.nextInt(p.slots)
+          for (at <- ram.words.indices) ram.words(at) = random.nextInt(p.slots)
           dut.rests.poke(false)
           pending = random.shuffle((0 until p.slots).toVector).take(3)
           show()
@@ -91,19 +83,19 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   it should "withdraw an offer in the cycle in which its slot is no longer pending, or leaves" in
     test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
-      val words = Array.fill(SlotOrder.words(p))(BigInt(0))
+      val ram = new RamContents(dut.ram, SlotOrder.words(p))
       for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid, dut.rests)) s.poke(false)
       dut.ready.poke(true)
       dut.leaving.poke(0)
       dut.append.valid.poke(true)
       dut.append.bits.poke(3)
-      step(dut, words)
+      ram.step(dut.clock)
       dut.append.valid.poke(false)
       dut.pending.poke(8)
       dut.changedNow.poke(true)
-      step(dut, words)
+      ram.step(dut.clock)
       dut.changedNow.poke(false)
-      for (_ <- 1 to p.offerCycles) step(dut, words)
+      for (_ <- 1 to p.offerCycles) ram.step(dut.clock)
       dut.offer.valid.expect(true)
       dut.offer.slot.expect(3)
       dut.leaving.poke(8)

@@ -118,6 +118,7 @@ class TransitFormal extends AnyFlatSpec {
 
   "FR-48, RB-07: a transit buffer" should "never overflow, nor stall" in {
     needed()
+    assert(!canBe("(not (holds false 0 0 0 0 0 0 0 0))"), "behind reset")
     assert(!canBe(breaks), "what holds before a bit does not behind it")
     assert(!canBe(overflows), "a ninth frame")
     assert(!canBe(stalls), "it waits for more than the gap in front of an own frame")
