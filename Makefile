@@ -27,11 +27,13 @@ CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" \
                  --scheduler "$(SCHEDULER)"
 SHARD         := PYTHONPATH=src python3 -m campaign.shard
 
-# Role and parameters of the board.
-include fpga/alarm/parameters.mk
-QUARTUS ?= quartus_sh
-BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
-             $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
+# The board, its role and parameters.
+BOARD ?= alarm
+$(if $(wildcard fpga/$(BOARD)/parameters.mk),,$(error BOARD is $(BOARD) but must be alarm or ring))
+include fpga/$(BOARD)/parameters.mk
+QUARTUS      ?= quartus_sh
+BOARD_PRESET := $(BOARD)-$(ROLE)
+BOARD_FLAGS  := $(foreach p,$(BOARD_PARAMETERS),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
         transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
@@ -252,14 +254,15 @@ figures: tools-for-figures ## writes the figures of docs/report.json into the pa
          # measuring
 	$(SBT) "runMain flyframe.report.Blocks"
 
-quartus: tools-for-quartus ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see \
-         # fpga/alarm/parameters.mk
+quartus: tools-for-quartus ## compiles a board in Quartus: ROLE=master dataBusWidth=16, BOARD=ring; see \
+         # fpga/alarm/parameters.mk, fpga/ring/parameters.mk
 	@command -v $(QUARTUS) >/dev/null || \
 	  { echo "Quartus is needed to compile the board, but $(QUARTUS) is not on PATH." >&2; exit 2; }
-	$(SBT) "run --preset alarm-$(ROLE) --name alarm-$(ROLE) $(BOARD) --board --out build/board/$(ROLE)"
-	$(QUARTUS) -t fpga/alarm/alarm.tcl $(ROLE) $(dataBusWidth)
+	$(SBT) "run --preset $(BOARD_PRESET) --name $(BOARD_PRESET) $(BOARD_FLAGS) --board \
+	  --out build/board/$(ROLE)"
+	$(QUARTUS) -t fpga/$(BOARD)/$(BOARD).tcl $(ROLE) $(dataBusWidth) $(device)
 
-check-board: tools-for-check-board ## the board without Quartus: netlist, pins, constraints, size, host bus \
+check-board: tools-for-check-board ## the boards without Quartus: netlist, pins, constraints, size, host bus \
              # in simulation
 	$(SBT) "testOnly flyframe.board.*"
 

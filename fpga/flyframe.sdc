@@ -118,8 +118,8 @@ for {set y 0} {$y < 4} {incr y} {
 #    within one core cycle it must be at the first flip-flop. The symbol it points to has been written at the
 #    same edge and is read when the pointer has passed two flip-flops, so it has two core cycles; half of one
 #    is kept for the difference of the clocks' delays.
-#    A ring node has no PHY.
-set has_phys [expr {[get_collection_size [get_ports -nowarn phy_clk_ref]] > 0 || $core_port eq ""}]
+#    A ring node has no PHY: whoever has one in a design says so with has_phys 0.
+default has_phys [expr {[get_collection_size [get_ports -nowarn phy_clk_ref]] > 0 || $core_port eq ""}]
 if {$has_phys} {
   set pointer [get_registers -compatibility_mode {*writeSide|gray*}]
   set symbols [get_registers -compatibility_mode {*writeSide|storage_*}]
@@ -162,7 +162,7 @@ foreach name $slow_outputs {
   if {[get_collection_size $pins] > 0} { set_false_path -to $pins }
 }
 
-# At an edge of SYNC slaves do something together: they have the limit of the host bus (alarm/board.sdc), so
+# At an edge of SYNC slaves do something together: they have the limit of the host bus (host_bus.sdc), so
 # that no placement makes one slave later than another by more than that.
 set sync_pins [get_ports -nowarn clock_signals_sync_*]
 if {[get_collection_size $sync_pins] > 0} {
@@ -193,8 +193,8 @@ if {[get_collection_size $spi_clk] > 0} {
   set_false_path -hold -from $sent -to [get_clocks spi_clk]
 }
 
-# An asynchronous microcontroller bus (hostInterface 5), with the limits of the alarm board, whose file says
-# why. With busWriteEarly 0 the data are taken until their strobe ends, and stay 5 ns longer.
+# An asynchronous microcontroller bus (hostInterface 5), with the limits of the boards; host_bus.sdc says why.
+# With busWriteEarly 0 the data are taken until their strobe ends, and stay 5 ns longer.
 set bus_strobes [get_ports -nowarn {bus_cs_n bus_rd bus_wr_n}]
 if {[get_collection_size $bus_strobes] > 0} {
   set_max_delay -from $bus_strobes -to [get_registers -compatibility_mode {*MemoryBusCrossing:*|meta_*}] 8

@@ -93,14 +93,14 @@
 #define ESC_EEPROM_MASK_SHIFT                    5u
 #define ESC_WATCHDOG_MASK_MASK                   0x40u
 #define ESC_WATCHDOG_MASK_SHIFT                  6u
-#define ESC_SM_MASK_MASK                         0xFF00u
+#define ESC_SM_MASK_MASK                         0xF00u
 #define ESC_SM_MASK_SHIFT                        8u
 #define ESC_ECAT_EVENT_REQUEST                   0x0210u /* ECAT event request, 2 byte(s), host: r */
 #define ESC_DL_STATUS_EVENT_MASK                 0x4u
 #define ESC_DL_STATUS_EVENT_SHIFT                2u
 #define ESC_AL_STATUS_EVENT_MASK                 0x8u
 #define ESC_AL_STATUS_EVENT_SHIFT                3u
-#define ESC_SM_ECAT_EVENT_MASK                   0xFF0u
+#define ESC_SM_ECAT_EVENT_MASK                   0xF0u
 #define ESC_SM_ECAT_EVENT_SHIFT                  4u
 #define ESC_AL_EVENT_REQUEST                     0x0220u /* AL event request, 4 byte(s), host: r */
 #define ESC_AL_CONTROL_EVENT_MASK                0x1u
@@ -111,7 +111,7 @@
 #define ESC_EEPROM_EVENT_SHIFT                   5u
 #define ESC_WATCHDOG_EVENT_MASK                  0x40u
 #define ESC_WATCHDOG_EVENT_SHIFT                 6u
-#define ESC_SM_AL_EVENT_MASK                     0xFF00u
+#define ESC_SM_AL_EVENT_MASK                     0xF00u
 #define ESC_SM_AL_EVENT_SHIFT                    8u
 #define ESC_RX_ERROR_PORT0                       0x0300u /* RX error counter port 0, 2 byte(s), host: r */
 #define ESC_INVALID_FRAME_PORT0_MASK             0xFFu

@@ -10,7 +10,7 @@
 //   fmmus                           8  FMMUs
 //   fmmuBitwise                     1  switch
 //   readWriteOffset                 0  switch
-//   syncManagers                    8  SyncManagers
+//   syncManagers                    4  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
 //   openBuffers                     0  switch
@@ -8699,10 +8699,6 @@ module RegisterFile(
   output [7:0]  countData,
   output [11:0] kept_800_address,
   input  [7:0]  kept_800_data,
-  input         guard_sm7_disabled,
-  input         guard_sm6_disabled,
-  input         guard_sm5_disabled,
-  input         guard_sm4_disabled,
   input         guard_sm3_disabled,
   input         guard_sm2_disabled,
   input         guard_sm1_disabled,
@@ -8717,14 +8713,6 @@ module RegisterFile(
   input  [11:0] writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
-  output        value_sm7_repeat_request,
-  output        value_sm7_enable,
-  output        value_sm6_repeat_request,
-  output        value_sm6_enable,
-  output        value_sm5_repeat_request,
-  output        value_sm5_enable,
-  output        value_sm4_repeat_request,
-  output        value_sm4_enable,
   output        value_sm3_repeat_request,
   output        value_sm3_enable,
   output        value_sm2_repeat_request,
@@ -8739,7 +8727,7 @@ module RegisterFile(
   output [15:0] value_watchdog_time_process_data,
   output [15:0] value_watchdog_time_pdi,
   output [15:0] value_watchdog_divider,
-  output [7:0]  value_sm_mask,
+  output [3:0]  value_sm_mask,
   output        value_watchdog_mask,
   output        value_eeprom_mask,
   output        value_sm_activation_mask,
@@ -8765,10 +8753,6 @@ module RegisterFile(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
-  input         status_sm7_deactivated,
-  input         status_sm6_deactivated,
-  input         status_sm5_deactivated,
-  input         status_sm4_deactivated,
   input         status_sm3_deactivated,
   input         status_sm2_deactivated,
   input         status_sm1_deactivated,
@@ -8783,11 +8767,11 @@ module RegisterFile(
   input         status_eeprom_write_enable,
   input         status_watchdog_pdi,
   input         status_watchdog_process_data,
-  input  [7:0]  status_sm_al_event,
+  input  [3:0]  status_sm_al_event,
   input         status_watchdog_event,
   input         status_sm_activation_event,
   input         status_al_control_event,
-  input  [7:0]  status_sm_ecat_event,
+  input  [3:0]  status_sm_ecat_event,
   input         status_al_status_event,
   input         status_dl_status_event,
   input         status_err_led_enable,
@@ -8844,7 +8828,7 @@ module RegisterFile(
   reg         bytes_whole_parts_parts_old_18;
   reg         bytes_whole_parts_eeprom_mask;
   reg         bytes_whole_parts_watchdog_mask;
-  reg  [7:0]  bytes_whole_parts_sm_mask;
+  reg  [3:0]  bytes_whole_parts_sm_mask;
   reg  [15:0] bytes_whole_34;
   reg  [15:0] bytes_whole_35;
   reg  [15:0] bytes_whole_36;
@@ -8863,87 +8847,51 @@ module RegisterFile(
   reg         bytes_whole_parts_sm3_enable;
   reg         bytes_whole_parts_parts_old_41;
   reg         bytes_whole_parts_parts_old_42;
-  reg         bytes_whole_parts_sm4_enable;
-  reg         bytes_whole_parts_parts_old_44;
-  reg         bytes_whole_parts_parts_old_45;
-  reg         bytes_whole_parts_sm5_enable;
-  reg         bytes_whole_parts_parts_old_47;
-  reg         bytes_whole_parts_parts_old_48;
-  reg         bytes_whole_parts_sm6_enable;
-  reg         bytes_whole_parts_parts_old_50;
-  reg         bytes_whole_parts_parts_old_51;
-  reg         bytes_whole_parts_sm7_enable;
-  reg         bytes_whole_parts_parts_old_53;
-  reg         bytes_whole_parts_parts_old_54;
-  wire        ofUnits_hit = readAddress[11:6] == 6'h20;
+  wire        ofUnits_hit = readAddress[11:5] == 7'h40;
   wire        ofUnits_hit_1 = readAddress[11:7] == 5'hC;
   reg         casez_tmp;
   always @(*) begin
-    casez (readAddress[5:3])
-      3'b000:
+    casez (readAddress[4:3])
+      2'b00:
         casez_tmp = guard_sm0_disabled;
-      3'b001:
+      2'b01:
         casez_tmp = guard_sm1_disabled;
-      3'b010:
+      2'b10:
         casez_tmp = guard_sm2_disabled;
-      3'b011:
-        casez_tmp = guard_sm3_disabled;
-      3'b100:
-        casez_tmp = guard_sm4_disabled;
-      3'b101:
-        casez_tmp = guard_sm5_disabled;
-      3'b110:
-        casez_tmp = guard_sm6_disabled;
       default:
-        casez_tmp = guard_sm7_disabled;
+        casez_tmp = guard_sm3_disabled;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_0;
   always @(*) begin
-    casez (readAddress[5:3])
-      3'b000:
+    casez (readAddress[4:3])
+      2'b00:
         casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_32, bytes_whole_parts_sm0_enable};
-      3'b001:
+      2'b01:
         casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_35, bytes_whole_parts_sm1_enable};
-      3'b010:
+      2'b10:
         casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_38, bytes_whole_parts_sm2_enable};
-      3'b011:
-        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm3_enable};
-      3'b100:
-        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_44, bytes_whole_parts_sm4_enable};
-      3'b101:
-        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_47, bytes_whole_parts_sm5_enable};
-      3'b110:
-        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_50, bytes_whole_parts_sm6_enable};
       default:
-        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_53, bytes_whole_parts_sm7_enable};
+        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm3_enable};
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_1;
   always @(*) begin
-    casez (readAddress[5:3])
-      3'b000:
+    casez (readAddress[4:3])
+      2'b00:
         casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_33, status_sm0_deactivated};
-      3'b001:
+      2'b01:
         casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_36, status_sm1_deactivated};
-      3'b010:
+      2'b10:
         casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_39, status_sm2_deactivated};
-      3'b011:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_42, status_sm3_deactivated};
-      3'b100:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_45, status_sm4_deactivated};
-      3'b101:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_48, status_sm5_deactivated};
-      3'b110:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_51, status_sm6_deactivated};
       default:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_54, status_sm7_deactivated};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_42, status_sm3_deactivated};
     endcase
   end // always @(*)
   wire [13:0] _GEN =
     (readAddress == 12'h0 ? 14'h3C4C : 14'h0) | (readAddress == 12'h1 ? 14'hC : 14'h0)
     | (readAddress == 12'h2 ? 14'h4C : 14'h0) | (readAddress == 12'h3 ? 14'hC : 14'h0)
-    | (readAddress == 12'h4 ? 14'h20C : 14'h0) | (readAddress == 12'h5 ? 14'h20C : 14'h0)
+    | (readAddress == 12'h4 ? 14'h20C : 14'h0) | (readAddress == 12'h5 ? 14'h10C : 14'h0)
     | (readAddress == 12'h6 ? 14'h20C : 14'h0) | (readAddress == 12'h7 ? 14'h3CC : 14'h0)
     | (readAddress == 12'h8 ? 14'h200C : 14'h0) | (readAddress == 12'h9 ? 14'hC : 14'h0)
     | (readAddress == 12'h10 ? 14'h2E : 14'h0) | (readAddress == 12'h11 ? 14'h2E : 14'h0)
@@ -8989,14 +8937,13 @@ module RegisterFile(
             3'h0,
             bytes_whole_parts_parts_old_17,
             6'hD}
-         : 14'h0) | (readAddress == 12'h205 ? {bytes_whole_parts_sm_mask, 6'hD} : 14'h0)
+         : 14'h0) | (readAddress == 12'h205 ? {4'h0, bytes_whole_parts_sm_mask, 6'hD} : 14'h0)
     | (readAddress == 12'h206 ? 14'hD : 14'h0) | (readAddress == 12'h207 ? 14'hD : 14'h0)
-    | (readAddress == 12'h210
-         ? {status_sm_ecat_event[3:0], status_al_status_event, status_dl_status_event, 8'hC}
-         : 14'h0) | (readAddress == 12'h211 ? {4'h0, status_sm_ecat_event[7:4], 6'hC} : 14'h0)
+    | (readAddress == 12'h210 ? {status_sm_ecat_event, status_al_status_event, status_dl_status_event, 8'hC} : 14'h0)
+    | (readAddress == 12'h211 ? 14'hC : 14'h0)
     | (readAddress == 12'h220
          ? {1'h0, status_watchdog_event, 1'h0, status_sm_activation_event, 3'h0, status_al_control_event, 6'hC}
-         : 14'h0) | (readAddress == 12'h221 ? {status_sm_al_event, 6'hC} : 14'h0)
+         : 14'h0) | (readAddress == 12'h221 ? {4'h0, status_sm_al_event, 6'hC} : 14'h0)
     | (readAddress == 12'h222 ? 14'hC : 14'h0) | (readAddress == 12'h223 ? 14'hC : 14'h0)
     | (readAddress == 12'h300 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h301 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
@@ -9082,10 +9029,6 @@ module RegisterFile(
   wire        _bytes_whole_parts_parts_T_210 = writeAddress == 12'h80E;
   wire        _bytes_whole_parts_parts_T_228 = writeAddress == 12'h816;
   wire        _bytes_whole_parts_parts_T_246 = writeAddress == 12'h81E;
-  wire        _bytes_whole_parts_parts_T_264 = writeAddress == 12'h826;
-  wire        _bytes_whole_parts_parts_T_282 = writeAddress == 12'h82E;
-  wire        _bytes_whole_parts_parts_T_300 = writeAddress == 12'h836;
-  wire        _bytes_whole_parts_parts_T_318 = writeAddress == 12'h83E;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
@@ -9106,7 +9049,7 @@ module RegisterFile(
       bytes_whole_parts_parts_old_18 <= 1'h0;
       bytes_whole_parts_eeprom_mask <= 1'h0;
       bytes_whole_parts_watchdog_mask <= 1'h0;
-      bytes_whole_parts_sm_mask <= 8'hFF;
+      bytes_whole_parts_sm_mask <= 4'hF;
       bytes_whole_34 <= 16'h9C2;
       bytes_whole_35 <= 16'h3E8;
       bytes_whole_36 <= 16'h3E8;
@@ -9125,18 +9068,6 @@ module RegisterFile(
       bytes_whole_parts_sm3_enable <= 1'h0;
       bytes_whole_parts_parts_old_41 <= 1'h0;
       bytes_whole_parts_parts_old_42 <= 1'h0;
-      bytes_whole_parts_sm4_enable <= 1'h0;
-      bytes_whole_parts_parts_old_44 <= 1'h0;
-      bytes_whole_parts_parts_old_45 <= 1'h0;
-      bytes_whole_parts_sm5_enable <= 1'h0;
-      bytes_whole_parts_parts_old_47 <= 1'h0;
-      bytes_whole_parts_parts_old_48 <= 1'h0;
-      bytes_whole_parts_sm6_enable <= 1'h0;
-      bytes_whole_parts_parts_old_50 <= 1'h0;
-      bytes_whole_parts_parts_old_51 <= 1'h0;
-      bytes_whole_parts_sm7_enable <= 1'h0;
-      bytes_whole_parts_parts_old_53 <= 1'h0;
-      bytes_whole_parts_parts_old_54 <= 1'h0;
     end
     else begin
       bytes_whole_8 <=
@@ -9186,7 +9117,7 @@ module RegisterFile(
       if (write & _bytes_whole_parts_parts_T_120 & writeMask)
         bytes_whole_parts_watchdog_mask <= writeData[6];
       if (write & writeAddress == 12'h205 & writeMask)
-        bytes_whole_parts_sm_mask <= writeData;
+        bytes_whole_parts_sm_mask <= writeData[3:0];
       bytes_whole_34 <=
         {write & writeAddress == 12'h401 & writeMask ? writeData : bytes_whole_34[15:8],
          write & writeAddress == 12'h400 & writeMask ? writeData : bytes_whole_34[7:0]};
@@ -9227,30 +9158,6 @@ module RegisterFile(
         bytes_whole_parts_parts_old_41 <= writeData[1];
       if (write & writeAddress == 12'h81F & writeMask)
         bytes_whole_parts_parts_old_42 <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_264 & writeMask)
-        bytes_whole_parts_sm4_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_264 & writeMask)
-        bytes_whole_parts_parts_old_44 <= writeData[1];
-      if (write & writeAddress == 12'h827 & writeMask)
-        bytes_whole_parts_parts_old_45 <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_282 & writeMask)
-        bytes_whole_parts_sm5_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_282 & writeMask)
-        bytes_whole_parts_parts_old_47 <= writeData[1];
-      if (write & writeAddress == 12'h82F & writeMask)
-        bytes_whole_parts_parts_old_48 <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_300 & writeMask)
-        bytes_whole_parts_sm6_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_300 & writeMask)
-        bytes_whole_parts_parts_old_50 <= writeData[1];
-      if (write & writeAddress == 12'h837 & writeMask)
-        bytes_whole_parts_parts_old_51 <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_318 & writeMask)
-        bytes_whole_parts_sm7_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_318 & writeMask)
-        bytes_whole_parts_parts_old_53 <= writeData[1];
-      if (write & writeAddress == 12'h83F & writeMask)
-        bytes_whole_parts_parts_old_54 <= writeData[1];
     end
   end // always @(posedge, posedge)
   assign _counters_clear_0 =
@@ -9295,14 +9202,6 @@ module RegisterFile(
   assign isCount = _selected_T_298[4];
   assign countData = REG ? kept_800_data : _counters_data;
   assign kept_800_address = readAddress;
-  assign value_sm7_repeat_request = bytes_whole_parts_parts_old_53;
-  assign value_sm7_enable = bytes_whole_parts_sm7_enable;
-  assign value_sm6_repeat_request = bytes_whole_parts_parts_old_50;
-  assign value_sm6_enable = bytes_whole_parts_sm6_enable;
-  assign value_sm5_repeat_request = bytes_whole_parts_parts_old_47;
-  assign value_sm5_enable = bytes_whole_parts_sm5_enable;
-  assign value_sm4_repeat_request = bytes_whole_parts_parts_old_44;
-  assign value_sm4_enable = bytes_whole_parts_sm4_enable;
   assign value_sm3_repeat_request = bytes_whole_parts_parts_old_41;
   assign value_sm3_enable = bytes_whole_parts_sm3_enable;
   assign value_sm2_repeat_request = bytes_whole_parts_parts_old_38;
@@ -9485,14 +9384,6 @@ module EscMemory(
   output        host_ack,
   output [7:0]  host_rdata,
   input         ramOpen,
-  output        value_sm7_repeat_request,
-  output        value_sm7_enable,
-  output        value_sm6_repeat_request,
-  output        value_sm6_enable,
-  output        value_sm5_repeat_request,
-  output        value_sm5_enable,
-  output        value_sm4_repeat_request,
-  output        value_sm4_enable,
   output        value_sm3_repeat_request,
   output        value_sm3_enable,
   output        value_sm2_repeat_request,
@@ -9507,7 +9398,7 @@ module EscMemory(
   output [15:0] value_watchdog_time_process_data,
   output [15:0] value_watchdog_time_pdi,
   output [15:0] value_watchdog_divider,
-  output [7:0]  value_sm_mask,
+  output [3:0]  value_sm_mask,
   output        value_watchdog_mask,
   output        value_eeprom_mask,
   output        value_sm_activation_mask,
@@ -9525,10 +9416,6 @@ module EscMemory(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
-  input         guard_sm7_disabled,
-  input         guard_sm6_disabled,
-  input         guard_sm5_disabled,
-  input         guard_sm4_disabled,
   input         guard_sm3_disabled,
   input         guard_sm2_disabled,
   input         guard_sm1_disabled,
@@ -9547,10 +9434,6 @@ module EscMemory(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
-  input         status_sm7_deactivated,
-  input         status_sm6_deactivated,
-  input         status_sm5_deactivated,
-  input         status_sm4_deactivated,
   input         status_sm3_deactivated,
   input         status_sm2_deactivated,
   input         status_sm1_deactivated,
@@ -9565,11 +9448,11 @@ module EscMemory(
   input         status_eeprom_write_enable,
   input         status_watchdog_pdi,
   input         status_watchdog_process_data,
-  input  [7:0]  status_sm_al_event,
+  input  [3:0]  status_sm_al_event,
   input         status_watchdog_event,
   input         status_sm_activation_event,
   input         status_al_control_event,
-  input  [7:0]  status_sm_ecat_event,
+  input  [3:0]  status_sm_ecat_event,
   input         status_al_status_event,
   input         status_dl_status_event,
   input         status_err_led_enable,
@@ -9839,10 +9722,6 @@ module EscMemory(
     .countData                         (_file_countData),
     .kept_800_address                  (kept_800_address),
     .kept_800_data                     (kept_800_data),
-    .guard_sm7_disabled                (guard_sm7_disabled),
-    .guard_sm6_disabled                (guard_sm6_disabled),
-    .guard_sm5_disabled                (guard_sm5_disabled),
-    .guard_sm4_disabled                (guard_sm4_disabled),
     .guard_sm3_disabled                (guard_sm3_disabled),
     .guard_sm2_disabled                (guard_sm2_disabled),
     .guard_sm1_disabled                (guard_sm1_disabled),
@@ -9857,14 +9736,6 @@ module EscMemory(
     .writeAddress                      (registerWrite_bits_REG_address),
     .writeMask                         (registerWrite_bits_REG_mask),
     .writeData                         (registerWrite_bits_REG_data),
-    .value_sm7_repeat_request          (value_sm7_repeat_request),
-    .value_sm7_enable                  (value_sm7_enable),
-    .value_sm6_repeat_request          (value_sm6_repeat_request),
-    .value_sm6_enable                  (value_sm6_enable),
-    .value_sm5_repeat_request          (value_sm5_repeat_request),
-    .value_sm5_enable                  (value_sm5_enable),
-    .value_sm4_repeat_request          (value_sm4_repeat_request),
-    .value_sm4_enable                  (value_sm4_enable),
     .value_sm3_repeat_request          (value_sm3_repeat_request),
     .value_sm3_enable                  (value_sm3_enable),
     .value_sm2_repeat_request          (value_sm2_repeat_request),
@@ -9905,10 +9776,6 @@ module EscMemory(
     .set_loop_port0_valid              (set_loop_port0_valid),
     .set_loop_port0_bits               (set_loop_port0_bits),
     .set_temporary_use_valid           (set_temporary_use_valid),
-    .status_sm7_deactivated            (status_sm7_deactivated),
-    .status_sm6_deactivated            (status_sm6_deactivated),
-    .status_sm5_deactivated            (status_sm5_deactivated),
-    .status_sm4_deactivated            (status_sm4_deactivated),
     .status_sm3_deactivated            (status_sm3_deactivated),
     .status_sm2_deactivated            (status_sm2_deactivated),
     .status_sm1_deactivated            (status_sm1_deactivated),
@@ -10866,25 +10733,25 @@ endmodule
 
 module AreaScan(
   input         clock,
-  input  [2:0]  entry_index,
+  input  [1:0]  entry_index,
   input  [15:0] entry_start,
   input  [17:0] entry_extent,
   input         entry_takesPart,
   input         entry_begins,
   input  [15:0] address,
   output        result_hit,
-  output [2:0]  result_index,
+  output [1:0]  result_index,
   output        result_first,
   output        result_last
 );
 
-  reg  [2:0]  stage_index;
+  reg  [1:0]  stage_index;
   reg  [17:0] stage_extent;
   reg         stage_takesPart;
   reg         stage_begins;
   reg  [16:0] distance;
   reg         found_hit;
-  reg  [2:0]  found_index;
+  reg  [1:0]  found_index;
   reg         found_first;
   reg         found_last;
   wire [18:0] left = {1'h0, stage_extent} + {3'h3, ~(distance[15:0])};
@@ -10917,7 +10784,7 @@ module AreaSearch(
   input         mapped_bits_early,
   input  [2:0]  mapped_bits_stopBit,
   input  [2:0]  mapped_bits_turn,
-  input  [2:0]  entries_0_index,
+  input  [1:0]  entries_0_index,
   input  [15:0] entries_0_start,
   input  [17:0] entries_0_extent,
   input         entries_0_takesPart,
@@ -10927,7 +10794,7 @@ module AreaSearch(
   output        target_inManaged,
   output        target_inMemory,
   output        target_area_hit,
-  output [2:0]  target_area_index,
+  output [1:0]  target_area_index,
   output        target_area_first,
   output        target_area_last
 );
@@ -10977,14 +10844,14 @@ module Fetch(
   input         readTarget_inManaged,
   input         readTarget_inMemory,
   input         readTarget_area_hit,
-  input  [2:0]  readTarget_area_index,
+  input  [1:0]  readTarget_area_index,
   input         readTarget_area_first,
   input         readTarget_area_last,
   input         writeTarget_exists,
   input         writeTarget_inManaged,
   input         writeTarget_inMemory,
   input         writeTarget_area_hit,
-  input  [2:0]  writeTarget_area_index,
+  input  [1:0]  writeTarget_area_index,
   input         writeTarget_area_first,
   input         writeTarget_area_last,
   input         reads,
@@ -10992,7 +10859,7 @@ module Fetch(
   input  [15:0] readAddress,
   input  [15:0] writeAddress,
   output        ask_valid,
-  output [2:0]  ask_number,
+  output [1:0]  ask_number,
   output        ask_access_write,
   output        ask_access_touch,
   output        ask_access_first,
@@ -11003,14 +10870,14 @@ module Fetch(
   output [16:0] read_address,
   output        read_may,
   output        read_inBuffer,
-  output [2:0]  read_index,
+  output [1:0]  read_index,
   output        read_first,
   output        read_last,
   output        read_single,
   output [16:0] write_address,
   output        write_may,
   output        write_inBuffer,
-  output [2:0]  write_index,
+  output [1:0]  write_index,
   output        write_first,
   output        write_last,
   output        write_single
@@ -11021,7 +10888,7 @@ module Fetch(
   reg         reading_inManaged;
   reg         reading_inMemory;
   reg         reading_area_hit;
-  reg  [2:0]  reading_area_index;
+  reg  [1:0]  reading_area_index;
   reg         reading_area_first;
   reg         reading_area_last;
   reg         wanted;
@@ -11029,7 +10896,7 @@ module Fetch(
   reg         writing_inManaged;
   reg         writing_inMemory;
   reg         writing_area_hit;
-  reg  [2:0]  writing_area_index;
+  reg  [1:0]  writing_area_index;
   reg         writing_area_first;
   reg         writing_area_last;
   wire        asked_area_first = _ask_access_touch_T ? readTarget_area_first : writing_area_first;
@@ -11038,13 +10905,13 @@ module Fetch(
   reg         may;
   reg  [16:0] read_address_r;
   reg         read_inBuffer_r;
-  reg  [2:0]  read_index_r;
+  reg  [1:0]  read_index_r;
   reg         read_first_r;
   reg         read_last_r;
   reg         may_1;
   reg  [16:0] write_address_r;
   reg         write_inBuffer_r;
-  reg  [2:0]  write_index_r;
+  reg  [1:0]  write_index_r;
   reg         write_first_r;
   reg         write_last_r;
   wire [17:0] moved =
@@ -11365,13 +11232,13 @@ module TranslatedAccess(
   input  [3:0]  tableWrite_mask,
   input  [31:0] tableWrite_data,
   output [2:0]  areas_index,
-  input  [2:0]  areas_entries_0_index,
+  input  [1:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_turn,
   output        areas_request,
-  output [2:0]  areas_number,
+  output [1:0]  areas_number,
   output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
@@ -11392,7 +11259,7 @@ module TranslatedAccess(
   wire [15:0] _fetch_readAddress;
   wire [15:0] _fetch_writeAddress;
   wire        _fetch_ask_valid;
-  wire [2:0]  _fetch_ask_number;
+  wire [1:0]  _fetch_ask_number;
   wire        _fetch_ask_access_write;
   wire        _fetch_ask_access_touch;
   wire        _fetch_ask_access_first;
@@ -11400,14 +11267,14 @@ module TranslatedAccess(
   wire [16:0] _fetch_read_address;
   wire        _fetch_read_may;
   wire        _fetch_read_inBuffer;
-  wire [2:0]  _fetch_read_index;
+  wire [1:0]  _fetch_read_index;
   wire        _fetch_read_first;
   wire        _fetch_read_last;
   wire        _fetch_read_single;
   wire [16:0] _fetch_write_address;
   wire        _fetch_write_may;
   wire        _fetch_write_inBuffer;
-  wire [2:0]  _fetch_write_index;
+  wire [1:0]  _fetch_write_index;
   wire        _fetch_write_first;
   wire        _fetch_write_last;
   wire        _fetch_write_single;
@@ -11415,14 +11282,14 @@ module TranslatedAccess(
   wire        _areaWrite_target_inManaged;
   wire        _areaWrite_target_inMemory;
   wire        _areaWrite_target_area_hit;
-  wire [2:0]  _areaWrite_target_area_index;
+  wire [1:0]  _areaWrite_target_area_index;
   wire        _areaWrite_target_area_first;
   wire        _areaWrite_target_area_last;
   wire        _areaRead_target_exists;
   wire        _areaRead_target_inManaged;
   wire        _areaRead_target_inMemory;
   wire        _areaRead_target_area_hit;
-  wire [2:0]  _areaRead_target_area_index;
+  wire [1:0]  _areaRead_target_area_index;
   wire        _areaRead_target_area_first;
   wire        _areaRead_target_area_last;
   wire [2:0]  _fmmus_search_index;
@@ -11474,7 +11341,7 @@ module TranslatedAccess(
   reg         readArrives;
   reg         reading_may;
   reg         reading_inBuffer;
-  reg  [2:0]  reading_index;
+  reg  [1:0]  reading_index;
   reg         reading_first;
   reg         reading_last;
   reg         reading_single;
@@ -11855,13 +11722,13 @@ module FrameProcessor(
   input  [3:0]  tableWrite_mask,
   input  [31:0] tableWrite_data,
   output [2:0]  areas_index,
-  input  [2:0]  areas_entries_0_index,
+  input  [1:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_turn,
   output        areas_request,
-  output [2:0]  areas_number,
+  output [1:0]  areas_number,
   output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
@@ -12203,25 +12070,27 @@ module TemporaryLoops(
   assign former_1 = saved_1;
 endmodule
 
+// external module DualPortRam
+
 module WideTable_3(
   input         clock,
   input         reset,
   input         write,
-  input  [2:0]  writeIndex,
+  input  [1:0]  writeIndex,
   input  [3:0]  writeMask,
   input  [31:0] writeData,
-  input  [2:0]  readIndex_0,
-  input  [2:0]  readIndex_1,
-  input  [2:0]  readIndex_2,
+  input  [1:0]  readIndex_0,
+  input  [1:0]  readIndex_1,
+  input  [1:0]  readIndex_2,
   output [31:0] readData_0,
   output [31:0] readData_1,
   output [31:0] readData_2
 );
 
-  wire [2:0]  _rams_0_readAddress;
+  wire [1:0]  _rams_0_readAddress;
   wire [31:0] _rams_0_readData;
   reg         merging;
-  reg  [2:0]  index;
+  reg  [1:0]  index;
   wire [31:0] merged =
     {writeMask[3] ? writeData[31:24] : _rams_0_readData[31:24],
      writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
@@ -12237,8 +12106,8 @@ module WideTable_3(
     index <= writeIndex;
   assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
   DualPortRam #(
-    .ADDRESS_BITS(3),
-    .DEPTH(8),
+    .ADDRESS_BITS(2),
+    .DEPTH(4),
     .WIDTH(32)
   ) rams_0 (
     .clock        (clock),
@@ -12249,8 +12118,8 @@ module WideTable_3(
     .readData     (_rams_0_readData)
   );
   DualPortRam #(
-    .ADDRESS_BITS(3),
-    .DEPTH(8),
+    .ADDRESS_BITS(2),
+    .DEPTH(4),
     .WIDTH(32)
   ) rams_1 (
     .clock        (clock),
@@ -12261,8 +12130,8 @@ module WideTable_3(
     .readData     (readData_1)
   );
   DualPortRam #(
-    .ADDRESS_BITS(3),
-    .DEPTH(8),
+    .ADDRESS_BITS(2),
+    .DEPTH(4),
     .WIDTH(32)
   ) rams_2 (
     .clock        (clock),
@@ -12282,12 +12151,8 @@ module StateMemory(
   input         works_1,
   input         works_2,
   input         works_3,
-  input         works_4,
-  input         works_5,
-  input         works_6,
-  input         works_7,
-  input  [2:0]  number,
-  output [2:0]  acting,
+  input  [1:0]  number,
+  output [1:0]  acting,
   output [1:0]  state_next,
   output [1:0]  state_reader,
   output        state_newer,
@@ -12317,10 +12182,6 @@ module StateMemory(
   output        isFresh_1,
   output        isFresh_2,
   output        isFresh_3,
-  output        isFresh_4,
-  output        isFresh_5,
-  output        isFresh_6,
-  output        isFresh_7,
   output        ram_clock,
   output        ram_write,
   output [5:0]  ram_writeAddress,
@@ -12329,36 +12190,24 @@ module StateMemory(
   input  [13:0] ram_readData
 );
 
-  reg [2:0] acting_REG;
+  reg [1:0] acting_REG;
   reg       fresh_0;
   reg       fresh_1;
   reg       fresh_2;
   reg       fresh_3;
-  reg       fresh_4;
-  reg       fresh_5;
-  reg       fresh_6;
-  reg       fresh_7;
   reg       again;
   reg       kept_REG;
   reg       casez_tmp;
   always @(*) begin
     casez (number)
-      3'b000:
+      2'b00:
         casez_tmp = fresh_0;
-      3'b001:
+      2'b01:
         casez_tmp = fresh_1;
-      3'b010:
+      2'b10:
         casez_tmp = fresh_2;
-      3'b011:
-        casez_tmp = fresh_3;
-      3'b100:
-        casez_tmp = fresh_4;
-      3'b101:
-        casez_tmp = fresh_5;
-      3'b110:
-        casez_tmp = fresh_6;
       default:
-        casez_tmp = fresh_7;
+        casez_tmp = fresh_3;
     endcase
   end // always @(*)
   reg [1:0] state_REG_next;
@@ -12395,21 +12244,13 @@ module StateMemory(
       fresh_1 <= 1'h1;
       fresh_2 <= 1'h1;
       fresh_3 <= 1'h1;
-      fresh_4 <= 1'h1;
-      fresh_5 <= 1'h1;
-      fresh_6 <= 1'h1;
-      fresh_7 <= 1'h1;
       again <= 1'h0;
     end
     else begin
-      fresh_0 <= ~works_0 | ~(acts & acting_REG == 3'h0) & fresh_0;
-      fresh_1 <= ~works_1 | ~(acts & acting_REG == 3'h1) & fresh_1;
-      fresh_2 <= ~works_2 | ~(acts & acting_REG == 3'h2) & fresh_2;
-      fresh_3 <= ~works_3 | ~(acts & acting_REG == 3'h3) & fresh_3;
-      fresh_4 <= ~works_4 | ~(acts & acting_REG == 3'h4) & fresh_4;
-      fresh_5 <= ~works_5 | ~(acts & acting_REG == 3'h5) & fresh_5;
-      fresh_6 <= ~works_6 | ~(acts & acting_REG == 3'h6) & fresh_6;
-      fresh_7 <= ~works_7 | ~(acts & (&acting_REG)) & fresh_7;
+      fresh_0 <= ~works_0 | ~(acts & acting_REG == 2'h0) & fresh_0;
+      fresh_1 <= ~works_1 | ~(acts & acting_REG == 2'h1) & fresh_1;
+      fresh_2 <= ~works_2 | ~(acts & acting_REG == 2'h2) & fresh_2;
+      fresh_3 <= ~works_3 | ~(acts & (&acting_REG)) & fresh_3;
       again <= acts & acting_REG == number;
     end
   end // always @(posedge, posedge)
@@ -12430,13 +12271,9 @@ module StateMemory(
   assign isFresh_1 = fresh_1;
   assign isFresh_2 = fresh_2;
   assign isFresh_3 = fresh_3;
-  assign isFresh_4 = fresh_4;
-  assign isFresh_5 = fresh_5;
-  assign isFresh_6 = fresh_6;
-  assign isFresh_7 = fresh_7;
   assign ram_clock = clock;
   assign ram_write = acts;
-  assign ram_writeAddress = {3'h0, acting_REG};
+  assign ram_writeAddress = {4'h0, acting_REG};
   assign ram_writeData =
     {after_next,
      after_reader,
@@ -12450,7 +12287,7 @@ module StateMemory(
      after_closed,
      after_writeEvent,
      after_readEvent};
-  assign ram_readAddress = {3'h0, number};
+  assign ram_readAddress = {4'h0, number};
 endmodule
 
 // external module DualPortRam
@@ -12554,35 +12391,23 @@ module SyncManagerStates(
   input        works_1,
   input        works_2,
   input        works_3,
-  input        works_4,
-  input        works_5,
-  input        works_6,
-  input        works_7,
   input        locked_0,
   input        locked_1,
   input        locked_2,
   input        locked_3,
-  input        locked_4,
-  input        locked_5,
-  input        locked_6,
-  input        locked_7,
   input        isMailbox_0,
   input        isMailbox_1,
   input        isMailbox_2,
   input        isMailbox_3,
-  input        isMailbox_4,
-  input        isMailbox_5,
-  input        isMailbox_6,
-  input        isMailbox_7,
   input        controls,
-  input  [2:0] controlIndex,
+  input  [1:0] controlIndex,
   input        control_watchdogTrigger,
   input        control_alEvent,
   input        control_ecatEvent,
   input        control_ecatWrites,
   input        ecat_turn,
   input        ecat_request,
-  input  [2:0] ecat_number,
+  input  [1:0] ecat_number,
   input        ecat_access_write,
   input        ecat_access_touch,
   input        ecat_access_first,
@@ -12592,7 +12417,7 @@ module SyncManagerStates(
   output       ecat_answer_inBuffer,
   input        pdi_request,
   output       pdi_granted,
-  input  [2:0] pdi_number,
+  input  [1:0] pdi_number,
   input        pdi_access_write,
   input        pdi_access_touch,
   input        pdi_access_first,
@@ -12606,26 +12431,18 @@ module SyncManagerStates(
   input        bad,
   output       walking,
   output       settled,
-  output [2:0] asked,
+  output [1:0] asked,
   output [1:0] buffer,
-  input  [2:0] statusIndex,
+  input  [1:0] statusIndex,
   output [7:0] status,
   output       ecatEvent_0,
   output       ecatEvent_1,
   output       ecatEvent_2,
   output       ecatEvent_3,
-  output       ecatEvent_4,
-  output       ecatEvent_5,
-  output       ecatEvent_6,
-  output       ecatEvent_7,
   output       alEvent_0,
   output       alEvent_1,
   output       alEvent_2,
   output       alEvent_3,
-  output       alEvent_4,
-  output       alEvent_5,
-  output       alEvent_6,
-  output       alEvent_7,
   output       trigger
 );
 
@@ -12662,7 +12479,7 @@ module SyncManagerStates(
   wire        _memory_after_writeEvent;
   wire        _memory_after_readEvent;
   wire [13:0] _memory_ram_readData;
-  wire [2:0]  _memory_acting;
+  wire [1:0]  _memory_acting;
   wire [1:0]  _memory_state_next;
   wire [1:0]  _memory_state_reader;
   wire        _memory_state_newer;
@@ -12679,10 +12496,6 @@ module SyncManagerStates(
   wire        _memory_isFresh_1;
   wire        _memory_isFresh_2;
   wire        _memory_isFresh_3;
-  wire        _memory_isFresh_4;
-  wire        _memory_isFresh_5;
-  wire        _memory_isFresh_6;
-  wire        _memory_isFresh_7;
   wire        _memory_ram_clock;
   wire        _memory_ram_write;
   wire [5:0]  _memory_ram_writeAddress;
@@ -12690,7 +12503,7 @@ module SyncManagerStates(
   wire [5:0]  _memory_ram_readAddress;
   reg         walks;
   reg         wasGood;
-  reg  [2:0]  walk;
+  reg  [1:0]  walk;
   wire        _begins_T = good | bad;
   reg         begins;
   reg         walking_REG;
@@ -12698,26 +12511,18 @@ module SyncManagerStates(
   reg         settled_r_1;
   wire        pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
   wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
-  wire [2:0]  number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
+  wire [1:0]  number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
   reg         casez_tmp;
   always @(*) begin
     casez (number)
-      3'b000:
+      2'b00:
         casez_tmp = works_0;
-      3'b001:
+      2'b01:
         casez_tmp = works_1;
-      3'b010:
+      2'b10:
         casez_tmp = works_2;
-      3'b011:
-        casez_tmp = works_3;
-      3'b100:
-        casez_tmp = works_4;
-      3'b101:
-        casez_tmp = works_5;
-      3'b110:
-        casez_tmp = works_6;
       default:
-        casez_tmp = works_7;
+        casez_tmp = works_3;
     endcase
   end // always @(*)
   reg         acts;
@@ -12726,44 +12531,28 @@ module SyncManagerStates(
   reg         casez_tmp_0;
   always @(*) begin
     casez (number)
-      3'b000:
+      2'b00:
         casez_tmp_0 = locked_0;
-      3'b001:
+      2'b01:
         casez_tmp_0 = locked_1;
-      3'b010:
+      2'b10:
         casez_tmp_0 = locked_2;
-      3'b011:
-        casez_tmp_0 = locked_3;
-      3'b100:
-        casez_tmp_0 = locked_4;
-      3'b101:
-        casez_tmp_0 = locked_5;
-      3'b110:
-        casez_tmp_0 = locked_6;
       default:
-        casez_tmp_0 = locked_7;
+        casez_tmp_0 = locked_3;
     endcase
   end // always @(*)
   reg         logic_settings_isMailbox_REG;
   reg         casez_tmp_1;
   always @(*) begin
     casez (number)
-      3'b000:
+      2'b00:
         casez_tmp_1 = isMailbox_0;
-      3'b001:
+      2'b01:
         casez_tmp_1 = isMailbox_1;
-      3'b010:
+      2'b10:
         casez_tmp_1 = isMailbox_2;
-      3'b011:
-        casez_tmp_1 = isMailbox_3;
-      3'b100:
-        casez_tmp_1 = isMailbox_4;
-      3'b101:
-        casez_tmp_1 = isMailbox_5;
-      3'b110:
-        casez_tmp_1 = isMailbox_6;
       default:
-        casez_tmp_1 = isMailbox_7;
+        casez_tmp_1 = isMailbox_3;
     endcase
   end // always @(*)
   reg         logic_byPdi_REG;
@@ -12782,75 +12571,47 @@ module SyncManagerStates(
   reg         ecatEvent_1_0;
   reg         ecatEvent_2_0;
   reg         ecatEvent_3_0;
-  reg         ecatEvent_4_0;
-  reg         ecatEvent_5_0;
-  reg         ecatEvent_6_0;
-  reg         ecatEvent_7_0;
   reg         alEvent_0_0;
   reg         alEvent_1_0;
   reg         alEvent_2_0;
   reg         alEvent_3_0;
-  reg         alEvent_4_0;
-  reg         alEvent_5_0;
-  reg         alEvent_6_0;
-  reg         alEvent_7_0;
   reg         fresh_REG;
   reg         casez_tmp_2;
   always @(*) begin
     casez (statusIndex)
-      3'b000:
+      2'b00:
         casez_tmp_2 = isMailbox_0;
-      3'b001:
+      2'b01:
         casez_tmp_2 = isMailbox_1;
-      3'b010:
+      2'b10:
         casez_tmp_2 = isMailbox_2;
-      3'b011:
-        casez_tmp_2 = isMailbox_3;
-      3'b100:
-        casez_tmp_2 = isMailbox_4;
-      3'b101:
-        casez_tmp_2 = isMailbox_5;
-      3'b110:
-        casez_tmp_2 = isMailbox_6;
       default:
-        casez_tmp_2 = isMailbox_7;
+        casez_tmp_2 = isMailbox_3;
     endcase
   end // always @(*)
   reg         isFresh;
   reg         casez_tmp_3;
   always @(*) begin
     casez (statusIndex)
-      3'b000:
+      2'b00:
         casez_tmp_3 = _memory_isFresh_0;
-      3'b001:
+      2'b01:
         casez_tmp_3 = _memory_isFresh_1;
-      3'b010:
+      2'b10:
         casez_tmp_3 = _memory_isFresh_2;
-      3'b011:
-        casez_tmp_3 = _memory_isFresh_3;
-      3'b100:
-        casez_tmp_3 = _memory_isFresh_4;
-      3'b101:
-        casez_tmp_3 = _memory_isFresh_5;
-      3'b110:
-        casez_tmp_3 = _memory_isFresh_6;
       default:
-        casez_tmp_3 = _memory_isFresh_7;
+        casez_tmp_3 = _memory_isFresh_3;
     endcase
   end // always @(*)
   wire [4:0]  shown = isFresh ? (fresh_REG ? 5'h0 : 5'h18) : _statusRam_readData;
   wire        isLast = walks & (&walk);
   wire        _GEN =
     _controlRam_readData[1] & (_controlRam_readData[0] ? _logic_after_readEvent : _logic_after_writeEvent);
-  wire        _GEN_0 = acts & _memory_acting == 3'h0;
-  wire        _GEN_1 = acts & _memory_acting == 3'h1;
-  wire        _GEN_2 = acts & _memory_acting == 3'h2;
-  wire        _GEN_3 = acts & _memory_acting == 3'h3;
-  wire        _GEN_4 = acts & _memory_acting == 3'h4;
-  wire        _GEN_5 = acts & _memory_acting == 3'h5;
-  wire        _GEN_6 = acts & _memory_acting == 3'h6;
-  wire        _GEN_7 = acts & (&_memory_acting);
-  wire        _GEN_8 =
+  wire        _GEN_0 = acts & _memory_acting == 2'h0;
+  wire        _GEN_1 = acts & _memory_acting == 2'h1;
+  wire        _GEN_2 = acts & _memory_acting == 2'h2;
+  wire        _GEN_3 = acts & (&_memory_acting);
+  wire        _GEN_4 =
     _controlRam_readData[2] & (_controlRam_readData[0] ? _logic_after_writeEvent : _logic_after_readEvent);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -12866,18 +12627,10 @@ module SyncManagerStates(
       ecatEvent_1_0 <= 1'h0;
       ecatEvent_2_0 <= 1'h0;
       ecatEvent_3_0 <= 1'h0;
-      ecatEvent_4_0 <= 1'h0;
-      ecatEvent_5_0 <= 1'h0;
-      ecatEvent_6_0 <= 1'h0;
-      ecatEvent_7_0 <= 1'h0;
       alEvent_0_0 <= 1'h0;
       alEvent_1_0 <= 1'h0;
       alEvent_2_0 <= 1'h0;
       alEvent_3_0 <= 1'h0;
-      alEvent_4_0 <= 1'h0;
-      alEvent_5_0 <= 1'h0;
-      alEvent_6_0 <= 1'h0;
-      alEvent_7_0 <= 1'h0;
     end
     else begin
       walks <= begins | (walks ? ~isLast : walks);
@@ -12892,27 +12645,19 @@ module SyncManagerStates(
       ecatEvent_1_0 <= works_1 & (_GEN_1 ? _GEN : ecatEvent_1_0);
       ecatEvent_2_0 <= works_2 & (_GEN_2 ? _GEN : ecatEvent_2_0);
       ecatEvent_3_0 <= works_3 & (_GEN_3 ? _GEN : ecatEvent_3_0);
-      ecatEvent_4_0 <= works_4 & (_GEN_4 ? _GEN : ecatEvent_4_0);
-      ecatEvent_5_0 <= works_5 & (_GEN_5 ? _GEN : ecatEvent_5_0);
-      ecatEvent_6_0 <= works_6 & (_GEN_6 ? _GEN : ecatEvent_6_0);
-      ecatEvent_7_0 <= works_7 & (_GEN_7 ? _GEN : ecatEvent_7_0);
-      alEvent_0_0 <= works_0 & (_GEN_0 ? _GEN_8 : alEvent_0_0);
-      alEvent_1_0 <= works_1 & (_GEN_1 ? _GEN_8 : alEvent_1_0);
-      alEvent_2_0 <= works_2 & (_GEN_2 ? _GEN_8 : alEvent_2_0);
-      alEvent_3_0 <= works_3 & (_GEN_3 ? _GEN_8 : alEvent_3_0);
-      alEvent_4_0 <= works_4 & (_GEN_4 ? _GEN_8 : alEvent_4_0);
-      alEvent_5_0 <= works_5 & (_GEN_5 ? _GEN_8 : alEvent_5_0);
-      alEvent_6_0 <= works_6 & (_GEN_6 ? _GEN_8 : alEvent_6_0);
-      alEvent_7_0 <= works_7 & (_GEN_7 ? _GEN_8 : alEvent_7_0);
+      alEvent_0_0 <= works_0 & (_GEN_0 ? _GEN_4 : alEvent_0_0);
+      alEvent_1_0 <= works_1 & (_GEN_1 ? _GEN_4 : alEvent_1_0);
+      alEvent_2_0 <= works_2 & (_GEN_2 ? _GEN_4 : alEvent_2_0);
+      alEvent_3_0 <= works_3 & (_GEN_3 ? _GEN_4 : alEvent_3_0);
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (_begins_T)
       wasGood <= good;
     if (begins)
-      walk <= 3'h0;
+      walk <= 2'h0;
     else if (walks)
-      walk <= walk + 3'h1;
+      walk <= walk + 2'h1;
     logic_settings_works_REG <= casez_tmp;
     logic_settings_locked_REG <= casez_tmp_0;
     logic_settings_isMailbox_REG <= casez_tmp_1;
@@ -12942,10 +12687,6 @@ module SyncManagerStates(
     .works_1          (works_1),
     .works_2          (works_2),
     .works_3          (works_3),
-    .works_4          (works_4),
-    .works_5          (works_5),
-    .works_6          (works_6),
-    .works_7          (works_7),
     .number           (number),
     .acting           (_memory_acting),
     .state_next       (_memory_state_next),
@@ -12977,10 +12718,6 @@ module SyncManagerStates(
     .isFresh_1        (_memory_isFresh_1),
     .isFresh_2        (_memory_isFresh_2),
     .isFresh_3        (_memory_isFresh_3),
-    .isFresh_4        (_memory_isFresh_4),
-    .isFresh_5        (_memory_isFresh_5),
-    .isFresh_6        (_memory_isFresh_6),
-    .isFresh_7        (_memory_isFresh_7),
     .ram_clock        (_memory_ram_clock),
     .ram_write        (_memory_ram_write),
     .ram_writeAddress (_memory_ram_writeAddress),
@@ -13000,9 +12737,9 @@ module SyncManagerStates(
     .readAddress  (_memory_ram_readAddress),
     .readData     (_memory_ram_readData)
   );
-  assign _controlRam_writeAddress = {3'h0, controlIndex};
+  assign _controlRam_writeAddress = {4'h0, controlIndex};
   assign _controlRam_writeData = {control_watchdogTrigger, control_alEvent, control_ecatEvent, control_ecatWrites};
-  assign _controlRam_readAddress = {3'h0, number};
+  assign _controlRam_readAddress = {4'h0, number};
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
@@ -13060,7 +12797,7 @@ module SyncManagerStates(
     .answer_locked       (_logic_answer_locked),
     .written             (_logic_written)
   );
-  assign _statusRam_writeAddress = {3'h0, _memory_acting};
+  assign _statusRam_writeAddress = {4'h0, _memory_acting};
   assign _statusRam_writeData =
     {logic_settings_isMailbox_REG
        ? 2'h0
@@ -13068,7 +12805,7 @@ module SyncManagerStates(
      logic_settings_isMailbox_REG & _logic_after_newer,
      _logic_after_readEvent,
      _logic_after_writeEvent};
-  assign _statusRam_readAddress = {3'h0, statusIndex};
+  assign _statusRam_readAddress = {4'h0, statusIndex};
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
@@ -13096,18 +12833,10 @@ module SyncManagerStates(
   assign ecatEvent_1 = ecatEvent_1_0;
   assign ecatEvent_2 = ecatEvent_2_0;
   assign ecatEvent_3 = ecatEvent_3_0;
-  assign ecatEvent_4 = ecatEvent_4_0;
-  assign ecatEvent_5 = ecatEvent_5_0;
-  assign ecatEvent_6 = ecatEvent_6_0;
-  assign ecatEvent_7 = ecatEvent_7_0;
   assign alEvent_0 = alEvent_0_0;
   assign alEvent_1 = alEvent_1_0;
   assign alEvent_2 = alEvent_2_0;
   assign alEvent_3 = alEvent_3_0;
-  assign alEvent_4 = alEvent_4_0;
-  assign alEvent_5 = alEvent_5_0;
-  assign alEvent_6 = alEvent_6_0;
-  assign alEvent_7 = alEvent_7_0;
   assign trigger = acts & _logic_written & _controlRam_readData[3];
 endmodule
 
@@ -13122,13 +12851,13 @@ module SyncManagers(
   input  [3:0]  table_mask,
   input  [31:0] table_data,
   input  [2:0]  ecat_index,
-  output [2:0]  ecat_entries_0_index,
+  output [1:0]  ecat_entries_0_index,
   output [15:0] ecat_entries_0_start,
   output [17:0] ecat_entries_0_extent,
   output        ecat_entries_0_takesPart,
   input         ecat_turn,
   input         ecat_request,
-  input  [2:0]  ecat_number,
+  input  [1:0]  ecat_number,
   input         ecat_access_write,
   input         ecat_access_touch,
   input         ecat_access_first,
@@ -13139,13 +12868,13 @@ module SyncManagers(
   output [16:0] ecat_offset,
   output        ecat_ramOpen,
   input  [2:0]  pdi_index,
-  output [2:0]  pdi_entries_0_index,
+  output [1:0]  pdi_entries_0_index,
   output [15:0] pdi_entries_0_start,
   output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
   input         pdi_request,
   output        pdi_granted,
-  input  [2:0]  pdi_number,
+  input  [1:0]  pdi_number,
   input         pdi_access_write,
   input         pdi_access_touch,
   input         pdi_access_first,
@@ -13167,36 +12896,20 @@ module SyncManagers(
   input         enable_1,
   input         enable_2,
   input         enable_3,
-  input         enable_4,
-  input         enable_5,
-  input         enable_6,
-  input         enable_7,
-  input  [2:0]  statusIndex,
+  input  [1:0]  statusIndex,
   output [7:0]  status,
   output        deactivated_0,
   output        deactivated_1,
   output        deactivated_2,
   output        deactivated_3,
-  output        deactivated_4,
-  output        deactivated_5,
-  output        deactivated_6,
-  output        deactivated_7,
   output        ecatEvent_0,
   output        ecatEvent_1,
   output        ecatEvent_2,
   output        ecatEvent_3,
-  output        ecatEvent_4,
-  output        ecatEvent_5,
-  output        ecatEvent_6,
-  output        ecatEvent_7,
   output        alEvent_0,
   output        alEvent_1,
   output        alEvent_2,
   output        alEvent_3,
-  output        alEvent_4,
-  output        alEvent_5,
-  output        alEvent_6,
-  output        alEvent_7,
   output        trigger
 );
 
@@ -13204,12 +12917,8 @@ module SyncManagers(
   wire        _states_works_1;
   wire        _states_works_2;
   wire        _states_works_3;
-  wire        _states_works_4;
-  wire        _states_works_5;
-  wire        _states_works_6;
-  wire        _states_works_7;
   wire        _states_controls;
-  wire [2:0]  _states_controlIndex;
+  wire [1:0]  _states_controlIndex;
   wire        _states_control_watchdogTrigger;
   wire        _states_control_alEvent;
   wire        _states_control_ecatEvent;
@@ -13217,8 +12926,10 @@ module SyncManagers(
   wire        _states_walking;
   wire [1:0]  _states_buffer;
   wire        _table_0_write;
-  wire [2:0]  _table_0_writeIndex;
-  wire [2:0]  _table_0_readIndex_2;
+  wire [1:0]  _table_0_writeIndex;
+  wire [1:0]  _table_0_readIndex_0;
+  wire [1:0]  _table_0_readIndex_1;
+  wire [1:0]  _table_0_readIndex_2;
   wire [31:0] _table_0_readData_0;
   wire [31:0] _table_0_readData_1;
   wire [31:0] _table_0_readData_2;
@@ -13227,160 +12938,96 @@ module SyncManagers(
   reg         isMailbox_isMailbox_1;
   reg         isMailbox_isMailbox_2;
   reg         isMailbox_isMailbox_3;
-  reg         isMailbox_isMailbox_4;
-  reg         isMailbox_isMailbox_5;
-  reg         isMailbox_isMailbox_6;
-  reg         isMailbox_isMailbox_7;
   reg         deactivate_0;
   reg         deactivate_1;
   reg         deactivate_2;
   reg         deactivate_3;
-  reg         deactivate_4;
-  reg         deactivate_5;
-  reg         deactivate_6;
-  reg         deactivate_7;
   reg         deactivated_0_0;
   reg         deactivated_1_0;
   reg         deactivated_2_0;
   reg         deactivated_3_0;
-  reg         deactivated_4_0;
-  reg         deactivated_5_0;
-  reg         deactivated_6_0;
-  reg         deactivated_7_0;
   wire        locked_0 = enable_0 & deactivated_0_0;
   wire        locked_1 = enable_1 & deactivated_1_0;
   wire        locked_2 = enable_2 & deactivated_2_0;
   wire        locked_3 = enable_3 & deactivated_3_0;
-  wire        locked_4 = enable_4 & deactivated_4_0;
-  wire        locked_5 = enable_5 & deactivated_5_0;
-  wire        locked_6 = enable_6 & deactivated_6_0;
-  wire        locked_7 = enable_7 & deactivated_7_0;
   reg  [2:0]  last;
   reg         casez_tmp;
   always @(*) begin
-    casez (last)
-      3'b000:
+    casez (last[1:0])
+      2'b00:
         casez_tmp = locked_0;
-      3'b001:
+      2'b01:
         casez_tmp = locked_1;
-      3'b010:
+      2'b10:
         casez_tmp = locked_2;
-      3'b011:
-        casez_tmp = locked_3;
-      3'b100:
-        casez_tmp = locked_4;
-      3'b101:
-        casez_tmp = locked_5;
-      3'b110:
-        casez_tmp = locked_6;
       default:
-        casez_tmp = locked_7;
+        casez_tmp = locked_3;
     endcase
   end // always @(*)
   reg         casez_tmp_0;
   always @(*) begin
-    casez (last)
-      3'b000:
+    casez (last[1:0])
+      2'b00:
         casez_tmp_0 = isMailbox_isMailbox_0;
-      3'b001:
+      2'b01:
         casez_tmp_0 = isMailbox_isMailbox_1;
-      3'b010:
+      2'b10:
         casez_tmp_0 = isMailbox_isMailbox_2;
-      3'b011:
-        casez_tmp_0 = isMailbox_isMailbox_3;
-      3'b100:
-        casez_tmp_0 = isMailbox_isMailbox_4;
-      3'b101:
-        casez_tmp_0 = isMailbox_isMailbox_5;
-      3'b110:
-        casez_tmp_0 = isMailbox_isMailbox_6;
       default:
-        casez_tmp_0 = isMailbox_isMailbox_7;
+        casez_tmp_0 = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
   always @(*) begin
-    casez (last)
-      3'b000:
+    casez (last[1:0])
+      2'b00:
         casez_tmp_1 = enable_0;
-      3'b001:
+      2'b01:
         casez_tmp_1 = enable_1;
-      3'b010:
+      2'b10:
         casez_tmp_1 = enable_2;
-      3'b011:
-        casez_tmp_1 = enable_3;
-      3'b100:
-        casez_tmp_1 = enable_4;
-      3'b101:
-        casez_tmp_1 = enable_5;
-      3'b110:
-        casez_tmp_1 = enable_6;
       default:
-        casez_tmp_1 = enable_7;
+        casez_tmp_1 = enable_3;
     endcase
   end // always @(*)
   reg  [2:0]  last_1;
   reg         casez_tmp_2;
   always @(*) begin
-    casez (last_1)
-      3'b000:
+    casez (last_1[1:0])
+      2'b00:
         casez_tmp_2 = locked_0;
-      3'b001:
+      2'b01:
         casez_tmp_2 = locked_1;
-      3'b010:
+      2'b10:
         casez_tmp_2 = locked_2;
-      3'b011:
-        casez_tmp_2 = locked_3;
-      3'b100:
-        casez_tmp_2 = locked_4;
-      3'b101:
-        casez_tmp_2 = locked_5;
-      3'b110:
-        casez_tmp_2 = locked_6;
       default:
-        casez_tmp_2 = locked_7;
+        casez_tmp_2 = locked_3;
     endcase
   end // always @(*)
   reg         casez_tmp_3;
   always @(*) begin
-    casez (last_1)
-      3'b000:
+    casez (last_1[1:0])
+      2'b00:
         casez_tmp_3 = isMailbox_isMailbox_0;
-      3'b001:
+      2'b01:
         casez_tmp_3 = isMailbox_isMailbox_1;
-      3'b010:
+      2'b10:
         casez_tmp_3 = isMailbox_isMailbox_2;
-      3'b011:
-        casez_tmp_3 = isMailbox_isMailbox_3;
-      3'b100:
-        casez_tmp_3 = isMailbox_isMailbox_4;
-      3'b101:
-        casez_tmp_3 = isMailbox_isMailbox_5;
-      3'b110:
-        casez_tmp_3 = isMailbox_isMailbox_6;
       default:
-        casez_tmp_3 = isMailbox_isMailbox_7;
+        casez_tmp_3 = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_4;
   always @(*) begin
-    casez (last_1)
-      3'b000:
+    casez (last_1[1:0])
+      2'b00:
         casez_tmp_4 = enable_0;
-      3'b001:
+      2'b01:
         casez_tmp_4 = enable_1;
-      3'b010:
+      2'b10:
         casez_tmp_4 = enable_2;
-      3'b011:
-        casez_tmp_4 = enable_3;
-      3'b100:
-        casez_tmp_4 = enable_4;
-      3'b101:
-        casez_tmp_4 = enable_5;
-      3'b110:
-        casez_tmp_4 = enable_6;
       default:
-        casez_tmp_4 = enable_7;
+        casez_tmp_4 = enable_3;
     endcase
   end // always @(*)
   reg  [16:0] offset;
@@ -13390,26 +13037,14 @@ module SyncManagers(
       isMailbox_isMailbox_1 <= 1'h0;
       isMailbox_isMailbox_2 <= 1'h0;
       isMailbox_isMailbox_3 <= 1'h0;
-      isMailbox_isMailbox_4 <= 1'h0;
-      isMailbox_isMailbox_5 <= 1'h0;
-      isMailbox_isMailbox_6 <= 1'h0;
-      isMailbox_isMailbox_7 <= 1'h0;
       deactivate_0 <= 1'h0;
       deactivate_1 <= 1'h0;
       deactivate_2 <= 1'h0;
       deactivate_3 <= 1'h0;
-      deactivate_4 <= 1'h0;
-      deactivate_5 <= 1'h0;
-      deactivate_6 <= 1'h0;
-      deactivate_7 <= 1'h0;
       deactivated_0_0 <= 1'h0;
       deactivated_1_0 <= 1'h0;
       deactivated_2_0 <= 1'h0;
       deactivated_3_0 <= 1'h0;
-      deactivated_4_0 <= 1'h0;
-      deactivated_5_0 <= 1'h0;
-      deactivated_6_0 <= 1'h0;
-      deactivated_7_0 <= 1'h0;
     end
     else begin
       if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
@@ -13420,14 +13055,6 @@ module SyncManagers(
         isMailbox_isMailbox_2 <= write_bits_data[1];
       if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
         isMailbox_isMailbox_3 <= write_bits_data[1];
-      if (write_valid & write_bits_address == 12'h824 & write_bits_mask)
-        isMailbox_isMailbox_4 <= write_bits_data[1];
-      if (write_valid & write_bits_address == 12'h82C & write_bits_mask)
-        isMailbox_isMailbox_5 <= write_bits_data[1];
-      if (write_valid & write_bits_address == 12'h834 & write_bits_mask)
-        isMailbox_isMailbox_6 <= write_bits_data[1];
-      if (write_valid & write_bits_address == 12'h83C & write_bits_mask)
-        isMailbox_isMailbox_7 <= write_bits_data[1];
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
         deactivate_0 <= write_bits_data[0];
       if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
@@ -13436,14 +13063,6 @@ module SyncManagers(
         deactivate_2 <= write_bits_data[0];
       if (write_valid & write_bits_address == 12'h81F & write_bits_mask)
         deactivate_3 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h827 & write_bits_mask)
-        deactivate_4 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h82F & write_bits_mask)
-        deactivate_5 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h837 & write_bits_mask)
-        deactivate_6 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h83F & write_bits_mask)
-        deactivate_7 <= write_bits_data[0];
       if (quiet & ~_states_walking)
         deactivated_0_0 <= deactivate_0;
       if (quiet & ~_states_walking)
@@ -13452,14 +13071,6 @@ module SyncManagers(
         deactivated_2_0 <= deactivate_2;
       if (quiet & ~_states_walking)
         deactivated_3_0 <= deactivate_3;
-      if (quiet & ~_states_walking)
-        deactivated_4_0 <= deactivate_4;
-      if (quiet & ~_states_walking)
-        deactivated_5_0 <= deactivate_5;
-      if (quiet & ~_states_walking)
-        deactivated_6_0 <= deactivate_6;
-      if (quiet & ~_states_walking)
-        deactivated_7_0 <= deactivate_7;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
@@ -13470,8 +13081,11 @@ module SyncManagers(
         ? {_table_0_readData_2[31:16], 1'h0}
         : {1'h0, _states_buffer[0] ? _table_0_readData_2[31:16] : 16'h0};
   end // always @(posedge)
-  assign _table_0_write = table_valid & isInTable & ~(write_bits_address[2]) & ~(write_bits_address[6]);
-  assign _table_0_writeIndex = write_bits_address[5:3];
+  assign _table_0_write =
+    table_valid & isInTable & ~(write_bits_address[2]) & ~(write_bits_address[6]) & ~(write_bits_address[5]);
+  assign _table_0_writeIndex = write_bits_address[4:3];
+  assign _table_0_readIndex_0 = ecat_index[1:0];
+  assign _table_0_readIndex_1 = pdi_index[1:0];
   WideTable_3 table_0 (
     .clock       (clock),
     .reset       (reset),
@@ -13479,8 +13093,8 @@ module SyncManagers(
     .writeIndex  (_table_0_writeIndex),
     .writeMask   (table_mask),
     .writeData   (table_data),
-    .readIndex_0 (ecat_index),
-    .readIndex_1 (pdi_index),
+    .readIndex_0 (_table_0_readIndex_0),
+    .readIndex_1 (_table_0_readIndex_1),
     .readIndex_2 (_table_0_readIndex_2),
     .readData_0  (_table_0_readData_0),
     .readData_1  (_table_0_readData_1),
@@ -13490,12 +13104,8 @@ module SyncManagers(
   assign _states_works_1 = enable_1 & ~deactivated_1_0;
   assign _states_works_2 = enable_2 & ~deactivated_2_0;
   assign _states_works_3 = enable_3 & ~deactivated_3_0;
-  assign _states_works_4 = enable_4 & ~deactivated_4_0;
-  assign _states_works_5 = enable_5 & ~deactivated_5_0;
-  assign _states_works_6 = enable_6 & ~deactivated_6_0;
-  assign _states_works_7 = enable_7 & ~deactivated_7_0;
   assign _states_controls = write_valid & isInTable & write_bits_address[2:0] == 3'h4 & write_bits_mask;
-  assign _states_controlIndex = write_bits_address[5:3];
+  assign _states_controlIndex = write_bits_address[4:3];
   assign _states_control_watchdogTrigger = write_bits_data[6];
   assign _states_control_alEvent = write_bits_data[5];
   assign _states_control_ecatEvent = write_bits_data[4];
@@ -13507,26 +13117,14 @@ module SyncManagers(
     .works_1                 (_states_works_1),
     .works_2                 (_states_works_2),
     .works_3                 (_states_works_3),
-    .works_4                 (_states_works_4),
-    .works_5                 (_states_works_5),
-    .works_6                 (_states_works_6),
-    .works_7                 (_states_works_7),
     .locked_0                (locked_0),
     .locked_1                (locked_1),
     .locked_2                (locked_2),
     .locked_3                (locked_3),
-    .locked_4                (locked_4),
-    .locked_5                (locked_5),
-    .locked_6                (locked_6),
-    .locked_7                (locked_7),
     .isMailbox_0             (isMailbox_isMailbox_0),
     .isMailbox_1             (isMailbox_isMailbox_1),
     .isMailbox_2             (isMailbox_isMailbox_2),
     .isMailbox_3             (isMailbox_isMailbox_3),
-    .isMailbox_4             (isMailbox_isMailbox_4),
-    .isMailbox_5             (isMailbox_isMailbox_5),
-    .isMailbox_6             (isMailbox_isMailbox_6),
-    .isMailbox_7             (isMailbox_isMailbox_7),
     .controls                (_states_controls),
     .controlIndex            (_states_controlIndex),
     .control_watchdogTrigger (_states_control_watchdogTrigger),
@@ -13567,33 +13165,25 @@ module SyncManagers(
     .ecatEvent_1             (ecatEvent_1),
     .ecatEvent_2             (ecatEvent_2),
     .ecatEvent_3             (ecatEvent_3),
-    .ecatEvent_4             (ecatEvent_4),
-    .ecatEvent_5             (ecatEvent_5),
-    .ecatEvent_6             (ecatEvent_6),
-    .ecatEvent_7             (ecatEvent_7),
     .alEvent_0               (alEvent_0),
     .alEvent_1               (alEvent_1),
     .alEvent_2               (alEvent_2),
     .alEvent_3               (alEvent_3),
-    .alEvent_4               (alEvent_4),
-    .alEvent_5               (alEvent_5),
-    .alEvent_6               (alEvent_6),
-    .alEvent_7               (alEvent_7),
     .trigger                 (trigger)
   );
-  assign ecat_entries_0_index = last;
+  assign ecat_entries_0_index = last[1:0];
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
   assign ecat_entries_0_extent =
     {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp & ~casez_tmp_0 ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
-  assign ecat_entries_0_takesPart = casez_tmp_1;
+  assign ecat_entries_0_takesPart = ~(last[2]) & casez_tmp_1;
   assign ecat_offset = offset;
   assign ecat_ramOpen = ramOpen;
-  assign pdi_entries_0_index = last_1;
+  assign pdi_entries_0_index = last_1[1:0];
   assign pdi_entries_0_start = _table_0_readData_1[15:0];
   assign pdi_entries_0_extent =
     {2'h0, _table_0_readData_1[31:16]}
     + {1'h0, casez_tmp_2 & ~casez_tmp_3 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
-  assign pdi_entries_0_takesPart = casez_tmp_4;
+  assign pdi_entries_0_takesPart = ~(last_1[2]) & casez_tmp_4;
   assign pdi_offset = offset;
   assign pdi_changing = _states_walking;
   assign pdi_ramOpen = ramOpen;
@@ -13601,10 +13191,6 @@ module SyncManagers(
   assign deactivated_1 = deactivated_1_0;
   assign deactivated_2 = deactivated_2_0;
   assign deactivated_3 = deactivated_3_0;
-  assign deactivated_4 = deactivated_4_0;
-  assign deactivated_5 = deactivated_5_0;
-  assign deactivated_6 = deactivated_6_0;
-  assign deactivated_7 = deactivated_7_0;
 endmodule
 
 module I2cMaster(
@@ -14748,13 +14334,13 @@ module HostSequencer(
   input         memory_ack,
   input  [7:0]  memory_rdata,
   output [2:0]  areas_index,
-  input  [2:0]  areas_entries_0_index,
+  input  [1:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_request,
   input         areas_granted,
-  output [2:0]  areas_number,
+  output [1:0]  areas_number,
   output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
@@ -14809,7 +14395,7 @@ module HostSequencer(
       end
       else if (_GEN_0) begin
         if (host_be) begin
-          if (count == 4'hA)
+          if (count == 4'h6)
             state <= 4'h3;
         end
         else
@@ -14884,7 +14470,7 @@ module HostSequencer(
     else
       inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
   end // always @(posedge)
-  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
+  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h5;
   AreaScan area_scan (
     .clock           (clock),
     .entry_index     (areas_entries_0_index),
@@ -14909,7 +14495,7 @@ module HostSequencer(
   assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
-  assign areas_index = count[3] ? 3'h7 : count[2:0];
+  assign areas_index = (|(count[3:2])) ? 3'h3 : count[2:0];
   assign areas_request = _areas_access_acknowledge_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
   assign areas_access_write = host_write;
   assign areas_access_touch = exists & _areas_access_acknowledge_T != single;
@@ -14965,7 +14551,7 @@ module ring_gateway(
   output        ring_irq
 );
 
-  wire [7:0]  _memory_status_sm_activation_event_T_112;
+  wire [3:0]  _memory_status_sm_activation_event_T_56;
   wire        _memory_value_rx_fifo_size_2;
   wire        _hostSequencer_host_ack;
   wire        _hostSequencer_memory_write;
@@ -15004,7 +14590,7 @@ module ring_gateway(
   wire        _sii_1_loading;
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_request;
-  wire [2:0]  _syncManagers_pdi_number;
+  wire [1:0]  _syncManagers_pdi_number;
   wire        _syncManagers_pdi_access_write;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
@@ -15012,8 +14598,8 @@ module ring_gateway(
   wire        _syncManagers_pdi_access_single;
   wire        _syncManagers_ramOpen;
   wire        _syncManagers_quiet;
-  wire [2:0]  _syncManagers_statusIndex;
-  wire [2:0]  _syncManagers_pdi_entries_0_index;
+  wire [1:0]  _syncManagers_statusIndex;
+  wire [1:0]  _syncManagers_pdi_entries_0_index;
   wire [15:0] _syncManagers_pdi_entries_0_start;
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
@@ -15029,18 +14615,10 @@ module ring_gateway(
   wire        _syncManagers_ecatEvent_1;
   wire        _syncManagers_ecatEvent_2;
   wire        _syncManagers_ecatEvent_3;
-  wire        _syncManagers_ecatEvent_4;
-  wire        _syncManagers_ecatEvent_5;
-  wire        _syncManagers_ecatEvent_6;
-  wire        _syncManagers_ecatEvent_7;
   wire        _syncManagers_alEvent_0;
   wire        _syncManagers_alEvent_1;
   wire        _syncManagers_alEvent_2;
   wire        _syncManagers_alEvent_3;
-  wire        _syncManagers_alEvent_4;
-  wire        _syncManagers_alEvent_5;
-  wire        _syncManagers_alEvent_6;
-  wire        _syncManagers_alEvent_7;
   wire        _syncManagers_trigger;
   wire        _temporaryLoops_restore;
   wire        _loops_settingWritten;
@@ -15060,7 +14638,7 @@ module ring_gateway(
   wire        _processor_config_circulating;
   wire [15:0] _processor_config_ecatEvents;
   wire [9:0]  _processor_tableWrite_word;
-  wire [2:0]  _processor_areas_entries_0_index;
+  wire [1:0]  _processor_areas_entries_0_index;
   wire [15:0] _processor_areas_entries_0_start;
   wire [17:0] _processor_areas_entries_0_extent;
   wire        _processor_areas_entries_0_takesPart;
@@ -15085,7 +14663,7 @@ module ring_gateway(
   wire [2:0]  _processor_areas_index;
   wire        _processor_areas_turn;
   wire        _processor_areas_request;
-  wire [2:0]  _processor_areas_number;
+  wire [1:0]  _processor_areas_number;
   wire        _processor_areas_access_write;
   wire        _processor_areas_access_touch;
   wire        _processor_areas_access_first;
@@ -15104,10 +14682,6 @@ module ring_gateway(
   wire [7:0]  _memory_host_wdata;
   wire        _memory_host_be;
   wire        _memory_ramOpen;
-  wire        _memory_guard_sm7_disabled;
-  wire        _memory_guard_sm6_disabled;
-  wire        _memory_guard_sm5_disabled;
-  wire        _memory_guard_sm4_disabled;
   wire        _memory_guard_sm3_disabled;
   wire        _memory_guard_sm2_disabled;
   wire        _memory_guard_sm1_disabled;
@@ -15124,10 +14698,6 @@ module ring_gateway(
   wire        _memory_set_loop_port0_valid;
   wire [1:0]  _memory_set_loop_port0_bits;
   wire        _memory_set_temporary_use_valid;
-  wire        _memory_status_sm7_deactivated;
-  wire        _memory_status_sm6_deactivated;
-  wire        _memory_status_sm5_deactivated;
-  wire        _memory_status_sm4_deactivated;
   wire        _memory_status_sm3_deactivated;
   wire        _memory_status_sm2_deactivated;
   wire        _memory_status_sm1_deactivated;
@@ -15142,9 +14712,9 @@ module ring_gateway(
   wire        _memory_status_eeprom_write_enable;
   wire        _memory_status_watchdog_pdi;
   wire        _memory_status_watchdog_process_data;
-  wire [7:0]  _memory_status_sm_al_event;
+  wire [3:0]  _memory_status_sm_al_event;
   wire        _memory_status_sm_activation_event;
-  wire [7:0]  _memory_status_sm_ecat_event;
+  wire [3:0]  _memory_status_sm_ecat_event;
   wire        _memory_status_err_led_enable;
   wire [3:0]  _memory_status_err_led_code;
   wire        _memory_status_run_led_enable;
@@ -15176,14 +14746,6 @@ module ring_gateway(
   wire        _memory_ecat_logFull;
   wire        _memory_host_ack;
   wire [7:0]  _memory_host_rdata;
-  wire        _memory_value_sm7_repeat_request;
-  wire        _memory_value_sm7_enable;
-  wire        _memory_value_sm6_repeat_request;
-  wire        _memory_value_sm6_enable;
-  wire        _memory_value_sm5_repeat_request;
-  wire        _memory_value_sm5_enable;
-  wire        _memory_value_sm4_repeat_request;
-  wire        _memory_value_sm4_enable;
   wire        _memory_value_sm3_repeat_request;
   wire        _memory_value_sm3_enable;
   wire        _memory_value_sm2_repeat_request;
@@ -15198,7 +14760,7 @@ module ring_gateway(
   wire [15:0] _memory_value_watchdog_time_process_data;
   wire [15:0] _memory_value_watchdog_time_pdi;
   wire [15:0] _memory_value_watchdog_divider;
-  wire [7:0]  _memory_value_sm_mask;
+  wire [3:0]  _memory_value_sm_mask;
   wire        _memory_value_watchdog_mask;
   wire        _memory_value_eeprom_mask;
   wire        _memory_value_sm_activation_mask;
@@ -15331,20 +14893,8 @@ module ring_gateway(
   reg         memory_status_sm_activation_event_REG_2;
   reg         memory_status_sm_activation_event_sm3_changed;
   reg         memory_status_sm_activation_event_REG_3;
-  reg         memory_status_sm_activation_event_sm4_changed;
-  reg         memory_status_sm_activation_event_REG_4;
-  reg         memory_status_sm_activation_event_sm5_changed;
-  reg         memory_status_sm_activation_event_REG_5;
-  reg         memory_status_sm_activation_event_sm6_changed;
-  reg         memory_status_sm_activation_event_REG_6;
-  reg         memory_status_sm_activation_event_sm7_changed;
-  reg         memory_status_sm_activation_event_REG_7;
-  assign _memory_status_sm_activation_event_T_112 =
-    {memory_status_sm_activation_event_sm7_changed,
-     memory_status_sm_activation_event_sm6_changed,
-     memory_status_sm_activation_event_sm5_changed,
-     memory_status_sm_activation_event_sm4_changed,
-     memory_status_sm_activation_event_sm3_changed,
+  assign _memory_status_sm_activation_event_T_56 =
+    {memory_status_sm_activation_event_sm3_changed,
      memory_status_sm_activation_event_sm2_changed,
      memory_status_sm_activation_event_sm1_changed,
      memory_status_sm_activation_event_sm0_changed};
@@ -15362,19 +14912,15 @@ module ring_gateway(
   reg  [15:0] memory_status_al_status_event_REG;
   reg         memory_status_al_status_event_al_status_changed;
   reg         memory_status_al_status_event_isRead;
-  wire [15:0] _GEN_0 =
-    {_syncManagers_alEvent_7,
-     _syncManagers_alEvent_6,
-     _syncManagers_alEvent_5,
-     _syncManagers_alEvent_4,
-     _syncManagers_alEvent_3,
+  wire [11:0] _GEN_0 =
+    {_syncManagers_alEvent_3,
      _syncManagers_alEvent_2,
      _syncManagers_alEvent_1,
      _syncManagers_alEvent_0,
      1'h0,
      memory_status_watchdog_event_watchdog_event,
      1'h0,
-     |_memory_status_sm_activation_event_T_112,
+     |_memory_status_sm_activation_event_T_56,
      3'h0,
      controlEvent}
     & {_memory_value_sm_mask,
@@ -15428,34 +14974,6 @@ module ring_gateway(
     & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm3_enable
     | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_28
     & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm3_repeat_request;
-  wire        _memory_status_sm_activation_event_written_source_result_valid_T_36 =
-    _memory_registerWrite_bits_address == 12'h826;
-  wire        _memory_status_sm_activation_event_T_60 =
-    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_36
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm4_enable
-    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_36
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm4_repeat_request;
-  wire        _memory_status_sm_activation_event_written_source_result_valid_T_44 =
-    _memory_registerWrite_bits_address == 12'h82E;
-  wire        _memory_status_sm_activation_event_T_74 =
-    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_44
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm5_enable
-    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_44
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm5_repeat_request;
-  wire        _memory_status_sm_activation_event_written_source_result_valid_T_52 =
-    _memory_registerWrite_bits_address == 12'h836;
-  wire        _memory_status_sm_activation_event_T_88 =
-    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_52
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm6_enable
-    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_52
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm6_repeat_request;
-  wire        _memory_status_sm_activation_event_written_source_result_valid_T_60 =
-    _memory_registerWrite_bits_address == 12'h83E;
-  wire        _memory_status_sm_activation_event_T_102 =
-    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_60
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm7_enable
-    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_60
-    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm7_repeat_request;
   wire        written =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
@@ -15500,14 +15018,6 @@ module ring_gateway(
       memory_status_sm_activation_event_REG_2 <= 1'h0;
       memory_status_sm_activation_event_sm3_changed <= 1'h0;
       memory_status_sm_activation_event_REG_3 <= 1'h0;
-      memory_status_sm_activation_event_sm4_changed <= 1'h0;
-      memory_status_sm_activation_event_REG_4 <= 1'h0;
-      memory_status_sm_activation_event_sm5_changed <= 1'h0;
-      memory_status_sm_activation_event_REG_5 <= 1'h0;
-      memory_status_sm_activation_event_sm6_changed <= 1'h0;
-      memory_status_sm_activation_event_REG_6 <= 1'h0;
-      memory_status_sm_activation_event_sm7_changed <= 1'h0;
-      memory_status_sm_activation_event_REG_7 <= 1'h0;
       watchdog_process_data_restart_REG <= 1'h0;
       watchdog_pdi_restart_REG <= 1'h0;
       memory_status_watchdog_event_watchdog_event <= 1'h0;
@@ -15574,30 +15084,6 @@ module ring_gateway(
             & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_3)
         & memory_status_sm_activation_event_sm3_changed;
       memory_status_sm_activation_event_REG_3 <= _memory_status_sm_activation_event_T_46;
-      memory_status_sm_activation_event_sm4_changed <=
-        _memory_status_sm_activation_event_T_60
-        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h826
-            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_4)
-        & memory_status_sm_activation_event_sm4_changed;
-      memory_status_sm_activation_event_REG_4 <= _memory_status_sm_activation_event_T_60;
-      memory_status_sm_activation_event_sm5_changed <=
-        _memory_status_sm_activation_event_T_74
-        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h82E
-            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_5)
-        & memory_status_sm_activation_event_sm5_changed;
-      memory_status_sm_activation_event_REG_5 <= _memory_status_sm_activation_event_T_74;
-      memory_status_sm_activation_event_sm6_changed <=
-        _memory_status_sm_activation_event_T_88
-        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h836
-            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_6)
-        & memory_status_sm_activation_event_sm6_changed;
-      memory_status_sm_activation_event_REG_6 <= _memory_status_sm_activation_event_T_88;
-      memory_status_sm_activation_event_sm7_changed <=
-        _memory_status_sm_activation_event_T_102
-        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h83E
-            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_7)
-        & memory_status_sm_activation_event_sm7_changed;
-      memory_status_sm_activation_event_REG_7 <= _memory_status_sm_activation_event_T_102;
       watchdog_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
@@ -15804,10 +15290,6 @@ module ring_gateway(
   assign _memory_host_addr = _hostSequencer_memory_addr;
   assign _memory_host_be = _hostSequencer_memory_be;
   assign _memory_ramOpen = ~_sii_1_notLoaded;
-  assign _memory_guard_sm7_disabled = ~_memory_value_sm7_enable;
-  assign _memory_guard_sm6_disabled = ~_memory_value_sm6_enable;
-  assign _memory_guard_sm5_disabled = ~_memory_value_sm5_enable;
-  assign _memory_guard_sm4_disabled = ~_memory_value_sm4_enable;
   assign _memory_guard_sm3_disabled = ~_memory_value_sm3_enable;
   assign _memory_guard_sm2_disabled = ~_memory_value_sm2_enable;
   assign _memory_guard_sm1_disabled = ~_memory_value_sm1_enable;
@@ -15826,24 +15308,10 @@ module ring_gateway(
   assign _memory_status_eeprom_two_address_bytes = _sii_lines_twoByte_crossing_out;
   assign _memory_status_watchdog_pdi = _watchdog_pdi_running;
   assign _memory_status_sm_al_event =
-    {_syncManagers_alEvent_7,
-     _syncManagers_alEvent_6,
-     _syncManagers_alEvent_5,
-     _syncManagers_alEvent_4,
-     _syncManagers_alEvent_3,
-     _syncManagers_alEvent_2,
-     _syncManagers_alEvent_1,
-     _syncManagers_alEvent_0};
-  assign _memory_status_sm_activation_event = |_memory_status_sm_activation_event_T_112;
+    {_syncManagers_alEvent_3, _syncManagers_alEvent_2, _syncManagers_alEvent_1, _syncManagers_alEvent_0};
+  assign _memory_status_sm_activation_event = |_memory_status_sm_activation_event_T_56;
   assign _memory_status_sm_ecat_event =
-    {_syncManagers_ecatEvent_7,
-     _syncManagers_ecatEvent_6,
-     _syncManagers_ecatEvent_5,
-     _syncManagers_ecatEvent_4,
-     _syncManagers_ecatEvent_3,
-     _syncManagers_ecatEvent_2,
-     _syncManagers_ecatEvent_1,
-     _syncManagers_ecatEvent_0};
+    {_syncManagers_ecatEvent_3, _syncManagers_ecatEvent_2, _syncManagers_ecatEvent_1, _syncManagers_ecatEvent_0};
   assign _memory_status_err_led_code = _led_err_code;
   assign _memory_status_run_led_code = _led_run_code;
   assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
@@ -15884,14 +15352,6 @@ module ring_gateway(
     .host_ack                          (_memory_host_ack),
     .host_rdata                        (_memory_host_rdata),
     .ramOpen                           (_memory_ramOpen),
-    .value_sm7_repeat_request          (_memory_value_sm7_repeat_request),
-    .value_sm7_enable                  (_memory_value_sm7_enable),
-    .value_sm6_repeat_request          (_memory_value_sm6_repeat_request),
-    .value_sm6_enable                  (_memory_value_sm6_enable),
-    .value_sm5_repeat_request          (_memory_value_sm5_repeat_request),
-    .value_sm5_enable                  (_memory_value_sm5_enable),
-    .value_sm4_repeat_request          (_memory_value_sm4_repeat_request),
-    .value_sm4_enable                  (_memory_value_sm4_enable),
     .value_sm3_repeat_request          (_memory_value_sm3_repeat_request),
     .value_sm3_enable                  (_memory_value_sm3_enable),
     .value_sm2_repeat_request          (_memory_value_sm2_repeat_request),
@@ -15924,10 +15384,6 @@ module ring_gateway(
     .value_destroy_non_ethercat        (_memory_value_destroy_non_ethercat),
     .value_station_alias               (_memory_value_station_alias),
     .value_station_address             (_memory_value_station_address),
-    .guard_sm7_disabled                (_memory_guard_sm7_disabled),
-    .guard_sm6_disabled                (_memory_guard_sm6_disabled),
-    .guard_sm5_disabled                (_memory_guard_sm5_disabled),
-    .guard_sm4_disabled                (_memory_guard_sm4_disabled),
     .guard_sm3_disabled                (_memory_guard_sm3_disabled),
     .guard_sm2_disabled                (_memory_guard_sm2_disabled),
     .guard_sm1_disabled                (_memory_guard_sm1_disabled),
@@ -15946,10 +15402,6 @@ module ring_gateway(
     .set_loop_port0_valid              (_memory_set_loop_port0_valid),
     .set_loop_port0_bits               (_memory_set_loop_port0_bits),
     .set_temporary_use_valid           (_memory_set_temporary_use_valid),
-    .status_sm7_deactivated            (_memory_status_sm7_deactivated),
-    .status_sm6_deactivated            (_memory_status_sm6_deactivated),
-    .status_sm5_deactivated            (_memory_status_sm5_deactivated),
-    .status_sm4_deactivated            (_memory_status_sm4_deactivated),
     .status_sm3_deactivated            (_memory_status_sm3_deactivated),
     .status_sm2_deactivated            (_memory_status_sm2_deactivated),
     .status_sm1_deactivated            (_memory_status_sm1_deactivated),
@@ -16022,13 +15474,9 @@ module ring_gateway(
   assign _processor_in_odd = _loops_open_0 ? _ports_0_core_fromWire_odd : _processor_in_T_odd;
   assign _processor_in_crcGood = _loops_open_0 ? _ports_0_core_fromWire_crcGood : _processor_in_T_crcGood;
   assign _processor_config_ecatEvents =
-    {4'h0,
-     _memory_value_ecat_event_mask[11:0]
-       & {_syncManagers_ecatEvent_7,
-          _syncManagers_ecatEvent_6,
-          _syncManagers_ecatEvent_5,
-          _syncManagers_ecatEvent_4,
-          _syncManagers_ecatEvent_3,
+    {8'h0,
+     _memory_value_ecat_event_mask[7:0]
+       & {_syncManagers_ecatEvent_3,
           _syncManagers_ecatEvent_2,
           _syncManagers_ecatEvent_1,
           _syncManagers_ecatEvent_0,
@@ -16134,7 +15582,7 @@ module ring_gateway(
   );
   assign _syncManagers_ramOpen = ~_sii_1_notLoaded;
   assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~noFrame_r_7;
-  assign _syncManagers_statusIndex = _memory_kept_800_address[5:3];
+  assign _syncManagers_statusIndex = _memory_kept_800_address[4:3];
   SyncManagers syncManagers (
     .clock                    (clock),
     .reset                    (reset),
@@ -16191,36 +15639,20 @@ module ring_gateway(
     .enable_1                 (_memory_value_sm1_enable),
     .enable_2                 (_memory_value_sm2_enable),
     .enable_3                 (_memory_value_sm3_enable),
-    .enable_4                 (_memory_value_sm4_enable),
-    .enable_5                 (_memory_value_sm5_enable),
-    .enable_6                 (_memory_value_sm6_enable),
-    .enable_7                 (_memory_value_sm7_enable),
     .statusIndex              (_syncManagers_statusIndex),
     .status                   (_memory_kept_800_data),
     .deactivated_0            (_memory_status_sm0_deactivated),
     .deactivated_1            (_memory_status_sm1_deactivated),
     .deactivated_2            (_memory_status_sm2_deactivated),
     .deactivated_3            (_memory_status_sm3_deactivated),
-    .deactivated_4            (_memory_status_sm4_deactivated),
-    .deactivated_5            (_memory_status_sm5_deactivated),
-    .deactivated_6            (_memory_status_sm6_deactivated),
-    .deactivated_7            (_memory_status_sm7_deactivated),
     .ecatEvent_0              (_syncManagers_ecatEvent_0),
     .ecatEvent_1              (_syncManagers_ecatEvent_1),
     .ecatEvent_2              (_syncManagers_ecatEvent_2),
     .ecatEvent_3              (_syncManagers_ecatEvent_3),
-    .ecatEvent_4              (_syncManagers_ecatEvent_4),
-    .ecatEvent_5              (_syncManagers_ecatEvent_5),
-    .ecatEvent_6              (_syncManagers_ecatEvent_6),
-    .ecatEvent_7              (_syncManagers_ecatEvent_7),
     .alEvent_0                (_syncManagers_alEvent_0),
     .alEvent_1                (_syncManagers_alEvent_1),
     .alEvent_2                (_syncManagers_alEvent_2),
     .alEvent_3                (_syncManagers_alEvent_3),
-    .alEvent_4                (_syncManagers_alEvent_4),
-    .alEvent_5                (_syncManagers_alEvent_5),
-    .alEvent_6                (_syncManagers_alEvent_6),
-    .alEvent_7                (_syncManagers_alEvent_7),
     .trigger                  (_syncManagers_trigger)
   );
   assign _sii_1_lines_twoByte = _sii_lines_twoByte_crossing_out;
@@ -16417,7 +15849,7 @@ module ring_gateway(
   assign eeprom_loaded = ~_sii_1_notLoaded;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
-  assign irq = |{_GEN_0[15:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
+  assign irq = |{_GEN_0[11:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -17,3 +17,7 @@ rmiiPorts ?= 0
 
 # Ports of a master to its slaves: 1 a line; 2 a ring, with a data bus of 8 or 16 bits
 linePorts ?= 1
+
+# What the generator gets of these.
+BOARD_PARAMETERS := dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
+                    $(if $(filter master,$(ROLE)),linePorts)

@@ -109,7 +109,7 @@ object Main {
         )
         .action((v, r) => r.copy(device = Some(v))),
       opt[Unit]("board")
-        .text("also write board_support.v: reset and host bus of fpga/alarm/board.v")
+        .text("also write board_support.v: reset and host bus of the boards in fpga")
         .action((_, r) => r.copy(board = true)),
       opt[Path]("print-sii")
         .valueName("<file>")

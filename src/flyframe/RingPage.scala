@@ -139,6 +139,8 @@ object RingPage {
       of modules that passes ${preset.toneRecessiveKhz / 1000} to ${preset.toneDominantKhz / 1000} MHz will
       do.
       A ring that is never closed is a line, and works as one."""),
+    paragraph("""A board with pins, PLL, host bus and constraints for each kind of node, as Quartus project:
+    [fpga/README.md](../fpga/README.md#the-ring-board)."""),
     Seq("## How long, how fast: bus mode", ""),
     paragraph(
       s"""In bus mode the ring is one CAN bus: a bit must reach the farthest node and come back before it

@@ -112,7 +112,8 @@ object Presets {
       "ring-node at 50 MHz with a port to the plant network: messages to it go to a server by UDP"
     ),
     Preset(
-      slave.copy(preset = "ring-gateway", ring = 2),
+      // Mailbox and process data, a SyncManager for each way: more would be memory that nobody uses.
+      slave.copy(preset = "ring-gateway", ring = 2, syncManagers = 4),
       "slave with a ring-node: process data of a fibre ring under an EtherCAT master"
     ),
     Preset(

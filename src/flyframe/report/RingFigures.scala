@@ -84,9 +84,6 @@ object RingFigures {
 
   val Json = "ring-report.json"
 
-  /** What a Cyclone IV of a board has, and the presets for it. */
-  private val devices = Seq("EP4CE6" -> 6272, "EP4CE10" -> 10320)
-
   def json(r: RingResults): String = {
     val presets = RingPoints.presets.map { p =>
       val entry = Figures.areaJson(r.area(p.preset))
@@ -136,12 +133,13 @@ object RingFigures {
     }
   )
 
-  private def fits(r: RingResults, p: EscParams): String = {
-    val size = r.area(p.preset).logicElements
-    devices.find(_._2 >= size).fold(s"`${p.preset}` fits neither") { case (device, _) =>
-      s"`${p.preset}` fits an $device"
-    }
-  }
+  private def devices =
+    Device.all.map(d => s"an ${d.name} has ${n(d.logicElements)} and ${d.m9k}").mkString(", ")
+
+  private def fits(r: RingResults, p: EscParams): String =
+    s"`${p.preset}` fits " + Device.all
+      .find(_.fits(r.area(p.preset)))
+      .fold("none of them")(d => s"an ${d.name}")
 
   private def others(r: RingResults): String = {
     val free = r.figures.filter(_.limit.isEmpty)
@@ -172,8 +170,8 @@ object RingFigures {
        |## Presets
        |
        |${block(presets(r))}
-       |Goals are for the logic elements without carry chains. An EP4CE6 has ${n(devices.head._2)} logic
-       |elements, an EP4CE10 ${n(devices(1)._2)}: ${RingPoints.presets.map(fits(r, _)).mkString(", ")}.
+       |Goals are for the logic elements without carry chains. By logic elements and M9K (${devices}):
+       |${RingPoints.presets.map(fits(r, _)).mkString(", ")}.
        |
        |The slowest paths: ${slowest(r)}.
        |

@@ -58,7 +58,7 @@ object PllReset {
 }
 
 /** What a board needs around a controller and is no part of the vendor's: its reset, and the bus of its host.
-  * `fpga/alarm/board.v` connects it.
+  * `board.v` of the boards in `fpga` connects it.
   *
   * @param lanes
   *   bytes of the data bus: 1, 2 or 4

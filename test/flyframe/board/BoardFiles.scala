@@ -25,50 +25,53 @@ object Shell {
   }
 }
 
-/** The board of one role, data bus width, number of line ports and kind of PHYs, as `make quartus` generates
-  * it, and what Yosys makes of it.
+/** A board as `make quartus` generates it, and what Yosys makes of it.
+  *
+  * @param board
+  *   its folder in `fpga`
+  * @param role
+  *   what it is, the rest of the preset's name
+  * @param width
+  *   data bus towards the host, bits
+  * @param kind
+  *   what else tells it from others of that role and width
   */
-final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1, val rmii: Boolean = false) {
+abstract class BoardFiles(val board: String, val role: String, val width: Int, kind: String) {
   import Shell.output
-  private val kind = if (rmii) "rmii" else "mii"
-  private val dir  = Files.createDirectories(Paths.get(s"build/check-board/$role-$width-$linePorts-$kind"))
-  private lazy val p: EscParams =
-    Presets
-      .named(s"alarm-$role")
-      .get
-      .params
-      .copy(
-        preset = s"alarm-$role",
-        dataBusWidth = width,
-        linePorts = linePorts,
-        rmiiPorts = if (rmii) (2 << linePorts) - 1 else 0
-      )
+
+  /** What it is called in tests. */
+  def name: String
+  private val preset = s"$board-$role"
+  private val dir    = Files.createDirectories(Paths.get(s"build/check-board/$role-$width$kind"))
+
+  /** `base` with what the board has changed. */
+  protected def changed(base: EscParams): EscParams
+  lazy val p: EscParams =
+    changed(Presets.named(preset).get.params).copy(preset = preset, dataBusWidth = width)
 
   /** Core clock, MHz. */
   def coreClockMhz: Int = p.coreClockMhz
 
-  /** The type at register 0. */
-  def identity: Int = p.escType
+  /** The device of the project, as Quartus names it. */
+  def device: String = project.collectFirst { case s"global DEVICE $name" => name }.get
+
+  /** Arguments of the project script behind role and width. */
+  protected def arguments: Seq[String] = Nil
 
   private def written(name: String, text: String): Path = Files.writeString(dir.resolve(name), text)
 
   /** The files of the Quartus project, and a stand-in for the PLL. */
   lazy val verilog: Seq[Path] = Seq(
-    Paths.get("fpga/alarm/board.v"),
+    Paths.get(s"fpga/$board/board.v"),
     written("board_support.v", Emit.boardSupport(p)),
-    written(s"alarm-$role.v", Emit.verilog(p)),
+    written(s"$preset.v", Emit.verilog(p)),
     Paths.get("test/flyframe/board/altpll.v")
   )
 
-  private def isMaster = if (role == "master") 1 else 0
-  private def parameters =
-    Seq("ROLE" -> isMaster, "DATA_BUS_WIDTH" -> width, "CORE_MHZ" -> p.coreClockMhz)
+  private def parameters = project.collect { case s"parameter $name $value" => name -> value }
 
   /** What the Verilog is read with, as the project script says. */
-  private def macros =
-    Seq("RMII" -> rmii, "RING" -> (linePorts == 2), "WIDE_BUS" -> (width == 32)).collect {
-      case (name, true) => s"-D$name=1"
-    }
+  private def macros = project.collect { case s"global VERILOG_MACRO $assignment" => s"-D$assignment" }
   private def values = macros ++ parameters.map { case (name, value) => s"-G$name=$value" }
   private def yosys(kind: String, commands: String): ujson.Value = {
     val json   = dir.resolve(s"$kind.json")
@@ -94,11 +97,12 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1,
 
   /** A program with a Verilated module and one C++ source. */
   def simulator(top: String, source: String, settings: Seq[String], files: Seq[Path]): String = {
-    val out   = dir.resolve(top).toString
-    val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
+    val headers = Paths.get("generated").toAbsolutePath
+    val out     = dir.resolve(top).toString
+    val flags   = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
     val c = Seq(
       "-CFLAGS",
-      s"-std=c++17 -O2 -Wall -DWIDTH=$width -DCORE_MHZ=${p.coreClockMhz}",
+      s"-std=c++17 -O2 -Wall -DWIDTH=$width -DCORE_MHZ=${p.coreClockMhz} -I$headers",
       "-o",
       "program",
       "--top-module",
@@ -118,13 +122,13 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1,
       verilog.filter(_.endsWith("board_support.v"))
     )
 
-  /** The whole board. */
+  /** The whole board on a bench: `NAME_bench.v` and `NAME.cpp`. */
   def boardProgram: String =
     simulator(
-      "board_bench",
-      "test/flyframe/board/board.cpp",
+      s"${board}_bench",
+      s"test/flyframe/board/$board.cpp",
       values,
-      verilog :+ Paths.get("test/flyframe/board/board_bench.v")
+      verilog :+ Paths.get(s"test/flyframe/board/${board}_bench.v")
     )
 
   /** Ports of the top module, bit by bit, with their direction. */
@@ -172,16 +176,25 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1,
     * clock.sdc.
     */
   lazy val project: Seq[String] = {
-    written(s"alarm-$role.json", Documents.json(p))
-    BoardFiles.project(role, width, dir).linesIterator.toSeq
+    written(s"$preset.json", Documents.json(p))
+    val script = s"fpga/$board/$board.tcl"
+    val all    = Seq(script, role, s"$width") ++ arguments :+ s"$dir"
+    output(Seq("tclsh", "test/flyframe/board/pins.tcl") ++ all: _*).linesIterator.toSeq
   }
+
+  /** Its pins: port, number. */
+  lazy val pins: Seq[(String, Int)] =
+    project.map(_.split(' ')).collect { case Array("pin", number, port) => port -> number.toInt }
+
+  /** Where the constraints get the core clock from. */
+  private lazy val clockPath = project.collectFirst { case s"global SDC_FILE $name" =>
+    dir.resolve("quartus").resolve(name)
+  }.get
+  def clockFile: Seq[String] = Files.readString(clockPath).linesIterator.toSeq
 
   /** What the project's constraints name: command, then the name of a port, register or clock. */
   lazy val constraints: Seq[(String, String)] = {
-    val sdc = project.collectFirst { case s"global SDC_FILE $name" =>
-      dir.resolve("quartus").resolve(name)
-    }.get
-    output("tclsh", "test/flyframe/board/timing.tcl", names.toString, sdc.toString).linesIterator
+    output("tclsh", "test/flyframe/board/timing.tcl", names.toString, clockPath.toString).linesIterator
       .map(_.split(" ", 3))
       .map(words => words.head -> words.last)
       .toSeq
@@ -190,9 +203,16 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1,
 
 object BoardFiles {
 
-  /** Runs the project script in plain Tcl on what stands in `dir`. */
-  def project(role: String, width: Int, dir: Path): String =
-    Shell.output("tclsh", "test/flyframe/board/pins.tcl", "fpga/alarm/alarm.tcl", role, s"$width", s"$dir")
+  /** User pins of a package by number, with their kind, from a file beside this one. */
+  def userPins(file: String): Map[Int, String] = Files
+    .readString(Paths.get(s"test/flyframe/board/$file.txt"))
+    .linesIterator
+    .filterNot(_.startsWith("#"))
+    .flatMap { line =>
+      val words = line.split(' ')
+      words.tail.map(_.toInt -> words.head)
+    }
+    .toMap
   private val buses = Set("bus_nbl")
 
   /** Names declared as registers, with the module they are in. */
@@ -206,4 +226,24 @@ object BoardFiles {
       case _            => None
     }.toSet
   }
+}
+
+/** The alarm board. */
+final class AlarmBoard(role: String, width: Int, val linePorts: Int = 1, val rmii: Boolean = false)
+    extends BoardFiles("alarm", role, width, s"-$linePorts-${if (rmii) "rmii" else "mii"}") {
+  def isRing: Boolean = linePorts == 2
+  def name: String =
+    s"The $role's board with $width bits${if (isRing) " and a ring" else ""}${if (rmii) " and RMII" else ""}"
+  protected def changed(base: EscParams): EscParams =
+    base.copy(linePorts = linePorts, rmiiPorts = if (rmii) (2 << linePorts) - 1 else 0)
+
+  /** The type at register 0. */
+  def identity: Int = p.escType
+}
+
+/** The ring board. */
+final class RingBoard(role: String, width: Int, override val arguments: Seq[String])
+    extends BoardFiles("ring", role, width, "") {
+  def name: String                                  = s"The board of ring-$role with $width bits"
+  protected def changed(base: EscParams): EscParams = base
 }

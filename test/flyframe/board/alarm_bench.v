@@ -1,5 +1,5 @@
 // The board on a bench: no cables at the PHYs, the host's side of the data bus taken apart for C++.
-module board_bench #(
+module alarm_bench #(
   parameter ROLE = 0, CORE_MHZ = 100, DATA_BUS_WIDTH = 16, ADDRESS_BITS = 13 - DATA_BUS_WIDTH / 16
 ) (
   input                         clk_50,
