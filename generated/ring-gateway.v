@@ -4904,6 +4904,7 @@ module PassingOn(
   output        counts_passed_1
 );
 
+  wire        _store_copies_valid;
   wire        _store_fetch_0_valid;
   wire        _store_fetch_1_valid;
   wire [4:0]  _store_slot_0;
@@ -5036,7 +5037,7 @@ module PassingOn(
   wire        _canPass_T = report_header & on;
   wire        _GEN_16 = (_tells_T | _tells_T_1) & _canPass_T & ~(second ? _inputs_1_isOwn : _inputs_0_isOwn);
   wire        _GEN_17 = (second ? _inputs_1_isLast : _inputs_0_isLast) | isFull;
-  wire        _GEN_18 = _GEN_16 & ~_GEN_17;
+  wire        _GEN_18 = _GEN_16 & ~_GEN_17 & ~report_bad;
   wire        _wraps_1_T = to == second;
   wire [4:0]  _target_1_T = {to, _lists_slot};
   wire        _GEN_19 = _tells_T & report_bad;
@@ -5321,6 +5322,7 @@ module PassingOn(
     .drop_0                  (_GEN_29),
     .drop_1                  (_GEN_30)
   );
+  assign _store_copies_valid = _GEN_16 & ~_GEN_17;
   assign _store_fetch_0_valid = _senders_0_fetch_valid & ~_senders_0_isOwn;
   assign _store_fetch_1_valid = _senders_1_fetch_valid & ~_senders_1_isOwn;
   assign _store_slot_0 = {1'h0, _lists_leaving_0};
@@ -5340,7 +5342,7 @@ module PassingOn(
     .transit_1_bits  (target_1),
     .taken_0         (_inputs_0_takes),
     .taken_1         (_inputs_1_takes),
-    .copies_valid    (_GEN_18),
+    .copies_valid    (_store_copies_valid),
     .copies_bits     (second),
     .copiesTo        (_target_1_T),
     .fetch_0_valid   (_store_fetch_0_valid),

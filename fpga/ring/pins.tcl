@@ -38,7 +38,7 @@ if {$role eq "node-tp"} {
 
 # ---- PHYs: of a server the plant network, of a gateway towards the master and away from it -----------------
 if {$phys > 0} {
-  fixed phy_clk       43                     ;# PLL1_CLKOUTp; a series resistor for each PHY
+  fixed phy_clk       43                     ;# PLL1_CLKOUTp of EP4CE6 and EP4CE10; a resistor for each PHY
   free  phy_reset_n   39
   fixed mii_0_rx_clk  24                     ;# any clock input
   free  mii_0_rxd     {33 32 31 30}

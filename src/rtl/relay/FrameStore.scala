@@ -4,10 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.ram.DualPortRam
 
-/** The bytes of frames that come, wait and leave, the check left out, in one block RAM: a place for each
-  * receiver, and the slots of both transit buffers. Who reads gets the byte in the next cycle.
-  */
-class FrameStore extends Module {
+/** The pins of [[FrameStore]]. */
+abstract class FrameStorePins extends Module {
   import FrameStore._
 
   /** Of each receiver: a byte, the slot of a transit buffer in which it is kept, too, and that this is done.
@@ -32,6 +30,13 @@ class FrameStore extends Module {
   val granted = IO(Output(Bool()))
 
   val data = IO(Output(UInt(8.W)))
+}
+
+/** The bytes of frames that come, wait and leave, the check left out, in one block RAM: a place for each
+  * receiver, and the slots of both transit buffers. Who reads gets the byte in the next cycle.
+  */
+class FrameStore extends FrameStorePins {
+  import FrameStore._
 
   private val ram = DualPortRam(1 << PlaceBits + 5, 8)(clock)
 

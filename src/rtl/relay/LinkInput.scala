@@ -13,8 +13,8 @@ class BitReport extends Bundle {
   val starts     = Bool()
 }
 
-/** A link receiver behind its bit timing: what came in the last bit, and the bytes as they come. */
-class LinkInput extends Module {
+/** The pins of [[LinkInput]]. */
+abstract class LinkInputPins extends Module {
   val setting = IO(Input(new LinkSetting))
 
   /** Bits of another length begin; the port comes up or goes down; a bit of this node ends. */
@@ -44,7 +44,10 @@ class LinkInput extends Module {
 
   val badHeader = IO(Output(Bool()))
   val badFrame  = IO(Output(Bool()))
+}
 
+/** A link receiver behind its bit timing: what came in the last bit, and the bytes as they come. */
+class LinkInput extends LinkInputPins {
   private val bits     = Module(new LinkBits)
   private val receiver = Module(new LinkReceiver)
   private val events   = receiver.events

@@ -4,11 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.can.EqualBits
 
-/** Sends link frames bit by bit, those that pass while they come (FR-41 to FR-43, FR-47). Orders come in
-  * front of the `step` to the next bit.
-  */
-class LinkSender extends Module {
-  import LinkReceiver.{Crc32, Crc8}
+/** The pins of [[LinkSender]]. */
+abstract class LinkSenderPins extends Module {
 
   /** A frame begins, an own one or one that passes; or what is sent is ended; or the port is down. */
   val begin   = IO(Input(Bool()))
@@ -28,6 +25,13 @@ class LinkSender extends Module {
   val fetch = IO(Output(Valid(UInt(5.W))))
   val isOwn = IO(Output(Bool()))
   val byte  = IO(Input(Valid(UInt(8.W))))
+}
+
+/** Sends link frames bit by bit, those that pass while they come (FR-41 to FR-43, FR-47). Orders come in
+  * front of the `step` to the next bit.
+  */
+class LinkSender extends LinkSenderPins {
+  import LinkReceiver.{Crc32, Crc8}
 
   // Reset: idle, but not for long.
   private val busyReg  = RegInit(false.B)

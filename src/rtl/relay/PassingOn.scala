@@ -13,12 +13,23 @@ class PassingCounts extends Bundle {
   val passed    = Vec(2, Bool()) // 1 to 2, 2 to 1
 }
 
+/** What [[PassingOn]] is made of: a proof has others, which do whatever may be. */
+class PassingUnits {
+  def input: LinkInputPins    = new LinkInput
+  def sender: LinkSenderPins  = new LinkSender
+  def lists: TransitListsPins = new TransitLists
+  def store: FrameStorePins   = new FrameStore
+}
+
 /** The links of a node and the frames that pass (FR-40 to FR-49), ports 0 and 1.
   *
   * What came within a bit is looked at behind its end, by a schedule of core cycles that is over before the
   * next end (RB-19, RB-21): port changes, then what the receivers report, then what leaves.
+  *
+  * @param units
+  *   what it is made of
   */
-class PassingOn extends Module {
+class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   import PassingOn._
 
   /** Core cycles of a bit, 25 to 250. */
@@ -67,10 +78,10 @@ class PassingOn extends Module {
 
   val counts = IO(Output(new PassingCounts))
 
-  private val inputs  = Seq.fill(2)(Module(new LinkInput))
-  private val senders = Seq.fill(2)(Module(new LinkSender))
-  private val lists   = Module(new TransitLists)
-  private val store   = Module(new FrameStore)
+  protected val inputs: Seq[LinkInputPins]   = Seq.fill(2)(Module(units.input))
+  protected val senders: Seq[LinkSenderPins] = Seq.fill(2)(Module(units.sender))
+  protected val lists: TransitListsPins      = Module(units.lists)
+  private val store                          = Module(units.store)
 
   // ---- bits and ports ----
 
@@ -190,7 +201,8 @@ class PassingOn extends Module {
   private val canPass = report.header && on && !isOwn
   when(tells && canPass) {
     when(isLast || isFull) { counts.stray := true.B }.otherwise {
-      lists.put      := true.B
+      // A frame may be over in the bit in which its header is told: a pulse makes the next sample early.
+      lists.put      := !report.bad
       counts.wrapped := to === second
       for (out <- 0 to 1) when(to === (out == 1).B) {
         wraps(out) := wraps(out).bitSet(lists.slot, to === second)
@@ -295,8 +307,8 @@ object PassingOn {
 
   // The schedule, in core cycles behind the end of a bit. Each report takes ten, of which the last one is the
   // first one of the next: it is asked, then a walk begins.
-  private val Changes = Seq(1, 2)
-  private val Reports = Seq(3, 3 + TransitLists.WalkCycles)
+  private[relay] val Changes = Seq(1, 2)
+  private[relay] val Reports = Seq(3, 3 + TransitLists.WalkCycles)
 
   /** When it is decided what leaves; it begins a cycle later. */
   val Decisions: Seq[Int] = Seq(22, 23)

@@ -5,14 +5,8 @@ import chisel3.util._
 import flyframe.can.CanName
 import flyframe.ram.DualPortRam
 
-/** Which slots of the transit buffers wait, and in which order, for both outputs (FR-48, RB-08).
-  *
-  * The list of an output has its slots once each, in a block RAM: first those that wait, of these first those
-  * whose identifier is there, in CAN order, then the others, older ones first; behind them those that are
-  * free. The one that leaves, or has left last, is in none. So nothing needs to be kept of a slot, all are
-  * free at once, and one walk at a time moves the entries between two places by one.
-  */
-class TransitLists extends Module {
+/** The pins of [[TransitLists]]. */
+abstract class TransitListsPins extends Module {
   import TransitLists._
 
   /** Of each receiver: the identifier of the frame that comes, until it is taken. */
@@ -57,6 +51,17 @@ class TransitLists extends Module {
 
   /** Nothing waits at an out any more. */
   val drop = IO(Input(Vec(2, Bool())))
+}
+
+/** Which slots of the transit buffers wait, and in which order, for both outputs (FR-48, RB-08).
+  *
+  * The list of an output has its slots once each, in a block RAM: first those that wait, of these first those
+  * whose identifier is there, in CAN order, then the others, older ones first; behind them those that are
+  * free. The one that leaves, or has left last, is in none. So nothing needs to be kept of a slot, all are
+  * free at once, and one walk at a time moves the entries between two places by one.
+  */
+class TransitLists extends TransitListsPins {
+  import TransitLists._
 
   private class Entry extends Bundle {
     val slot = UInt(SlotBits.W)

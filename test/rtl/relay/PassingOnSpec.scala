@@ -3,9 +3,10 @@ package flyframe.relay
 import chisel3._
 import chiseltest._
 import flyframe.{Simulation, Tier}
-import flyframe.can.CanFrame
+import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.registers.RingRegisters
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.annotation.tailrec
 import scala.collection.mutable
 import scala.util.Random
 
@@ -13,20 +14,24 @@ class PassingOnSpec extends AnyFlatSpec {
   private val tier =
     Tier("Passing on in RTL against the model", "core cycles", test = 300000, soak = 50000000)
 
-  /** What comes in at a port: frames one behind the other, of which some are disturbed. */
-  private class Source(random: Random, bit: Int) {
-    private val levels = mutable.Queue.empty[Boolean]
+  /** What comes in at a port: frames one behind the other, of which some are disturbed, and of 30 so many die
+    * right behind their header.
+    */
+  private class Source(random: Random, bit: Int, dying: Int) {
+    private val levels = mutable.Queue.empty[(Boolean, Double)] // and for how many bits
     private var level  = true
     private var left   = 0.0
-    private val ppm    = random.nextInt(1001) - 500
-    private var calm   = 1
+    // All phases are seen if it is far off.
+    private val ppm  = if (dying > 1) 500 else random.nextInt(1001) - 500
+    private var calm = 1
 
     def next(): Boolean = {
       if (left < 1) {
-        if (levels.isEmpty) levels ++= Source.frame(random, calm)
+        if (levels.isEmpty) levels ++= Source.frame(random, calm, dying)
         if (random.nextInt(20000) == 0) calm = 1 + random.nextInt(300)
-        level = levels.dequeue()
-        left += bit * (1 + ppm / 1e6)
+        val (next, bits) = levels.dequeue()
+        level = next
+        left += bit * bits * (1 + ppm / 1e6)
       }
       left -= 1
       level
@@ -34,24 +39,47 @@ class PassingOnSpec extends AnyFlatSpec {
   }
 
   private object Source {
-    def frame(random: Random, calm: Int): Seq[Boolean] = {
-      val extended = random.nextBoolean()
-      val remote   = random.nextInt(6) == 0
-      val dlc      = random.nextInt(10)
-      val id       = random.nextInt(if (random.nextBoolean()) 4 else 1 << 11)
-      val data     = Seq.fill(if (remote) 0 else dlc min 8)(random.nextInt(256))
-      val hops     = if (random.nextInt(20) == 0) 0 else random.nextInt(256)
+    def frame(random: Random, calm: Int, dying: Int): Seq[(Boolean, Double)] = {
+      def steady(levels: Seq[Boolean]) = levels.map(_ -> 1.0)
+      val extended                     = random.nextBoolean()
+      val remote                       = random.nextInt(6) == 0
+      val dlc                          = random.nextInt(10)
+      val id                           = random.nextInt(if (random.nextBoolean()) 4 else 1 << 11)
+      val data                         = Seq.fill(if (remote) 0 else dlc min 8)(random.nextInt(256))
+      val hops                         = if (random.nextInt(20) == 0) 0 else random.nextInt(256)
       val header =
         LinkHeader(random.nextInt(4), random.nextInt(2), random.nextInt(128), random.nextInt(1 << 14), hops)
       val good =
         LinkFrame.levels(header, LinkBody.of(header, CanFrame(id, extended, remote, dlc, data))).toSeq
       val sent = random.nextInt(30) match {
-        case 0 => good.updated(random.nextInt(good.size), random.nextBoolean())
-        case 1 => good.take(random.nextInt(good.size)) ++ Seq.fill(7)(false)
-        case 2 => Seq.fill(random.nextInt(60))(random.nextBoolean())
-        case _ => good
+        case 0                  => steady(good.updated(random.nextInt(good.size), random.nextBoolean()))
+        case 1                  => steady(good.take(random.nextInt(good.size)) ++ Seq.fill(7)(false))
+        case 2                  => steady(Seq.fill(random.nextInt(60))(random.nextBoolean()))
+        case n if n < 3 + dying => shortest(random)
+        case _                  => steady(good)
       }
-      sent ++ Seq.fill(7 + random.nextInt(calm))(true)
+      sent ++ steady(Seq.fill(7 + random.nextInt(calm))(true))
+    }
+
+    /** The shortest life of a frame: its header ends in five recessive bits, and is right; a pulse makes the
+      * next sample come early, which is one more of them. Both can be told in one bit of the node.
+      */
+    @tailrec private def shortest(random: Random): Seq[(Boolean, Double)] = {
+      val header =
+        LinkHeader(LinkKind.Data, 1, 1 + random.nextInt(9), random.nextInt(1 << 14), 1 + random.nextInt(255))
+      val frame    = CanFrame(1, extended = false, remote = false, 0, Nil)
+      val stuffing = new StuffingModel
+      var bits     = 0
+      stuffing.begin()
+      val levels = LinkFrame.levels(header, LinkBody.of(header, frame)).takeWhile { level =>
+        val isInside = bits <= LinkHeader.Bits
+        if (!stuffing.awaits) bits += 1
+        stuffing.take(level)
+        isInside
+      }
+      if (levels.takeRight(5).forall(identity))
+        levels.init.toSeq.map(_ -> 1.0) ++ Seq(true -> 0.75, false -> 0.1)
+      else shortest(random)
     }
   }
 
@@ -60,10 +88,10 @@ class PassingOnSpec extends AnyFlatSpec {
     RawTester.test(new PassingOn, Simulation.annotations(this, "passing on")) { dut =>
       val random = new Random(3)
       val most   = Array(0L, 0L)
-      for (_ <- 0L until tier.size by Run) {
-        val bit    = if (random.nextBoolean()) 25 else random.between(25, 60)
+      for (first <- 0L until tier.size by Run) {
+        val bit    = if (first == 0 || random.nextBoolean()) 25 else random.between(25, 60)
         val model  = new RelayModel
-        val source = Seq.fill(2)(new Source(random, bit))
+        val source = Seq.fill(2)(new Source(random, bit, dying = if (first == 0) 17 else 1))
         val up     = Array(true, true)
         val seen   = mutable.Map.empty[Int, Long].withDefaultValue(0L)
         model.write(RingRegisters.LinkBit, Seq(bit, 0))
