@@ -65,7 +65,7 @@ module board #(
   output wire                        mii_1_tx_en,
   output wire [3:0]                  mii_1_txd,
 
-  // EEPROM with the device's description, pull-ups of 4.7 kilo-ohm at both lines; lights, high active.
+  // EEPROM with the device's description, pull-ups of 4.7 kilo-ohm at both lines; LEDs, high active.
   inout  wire                        sii_scl,
   inout  wire                        sii_sda,
   output wire                        led_run,

@@ -20,7 +20,7 @@ free  optical_2_signal  55
 free  optical_2_tx      50
 
 # ---- Host --------------------------------------------------------------------------------------------------
-# A pin is shared: with 8 bits of data bus_a[12] to [14] take those of bus_d[15] to [13].
+# Pins are shared: with 8 bits of data bus_a[12] to [14] take those of bus_d[15] to [13].
 free  irq           104
 free  bus_nwait     105
 free  bus_nwe       106
@@ -58,7 +58,7 @@ if {$phys > 1} {
   free  mii_1_link    90
 }
 
-# ---- The slave of a gateway: EEPROM with the device's description, lights, the ring's interrupt ------------
+# ---- The slave of a gateway: EEPROM with the device's description, LEDs, the ring's interrupt --------------
 if {$role eq "gateway"} {
   free  ring_irq      103
   free  sii_scl       101

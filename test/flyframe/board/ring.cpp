@@ -69,6 +69,12 @@ int main(int argc, char** argv) {
   // A fibre breaks; then a receiver tells of no light.
   board.cut1 = true;
   until(kUp1, 0, "port 1 stays up without a fibre");
+  // It is dark at port 1, which asks for light by the fibre to port 2: no pins are swapped.
+  constexpr uint32_t kTold = NODE_RING_SIGNAL1_MASK | NODE_RING_SEARCH2_MASK;
+  for (int us = 0; (ports() & kTold) != NODE_RING_SEARCH2_MASK; ++us) {
+    if (us > 20000) fail("port 2 does not hear that port 1 is dark");
+    board.cycle(CORE_MHZ);
+  }
   board.cut1 = false;
   until(kUp1 | kUp2, kUp1 | kUp2, "port 1 does not come up again");
   top.optical_2_signal = 0;

@@ -72,9 +72,9 @@ private class AnySender extends LinkSenderPins {
 /** Lists that give any slot that is free, and let any go that waits (TransitListsSpec). */
 private class AnyLists extends TransitListsPins {
   import TransitLists._
-  val slots  = IO(Input(UInt(SlotBits.W)))
-  val goes   = IO(Input(UInt(SlotBits.W)))
-  val names_ = IO(Input(UInt(CountBits.W)))
+  val slots = IO(Input(UInt(SlotBits.W)))
+  val goes  = IO(Input(UInt(SlotBits.W)))
+  val knows = IO(Input(UInt(CountBits.W)))
 
   /** What waits. */
   val waiting = IO(Output(Vec(2, UInt((Most + 1).W))))
@@ -99,8 +99,8 @@ private class AnyLists extends TransitListsPins {
   for (p <- 0 to 1) when(drop(p)) { lists(p) := 0.U }
   taken    := VecInit(false.B, false.B)
   size     := PopCount(lists(out))
-  known    := names_
-  isBefore := names_(0)
+  known    := knows
+  isBefore := knows(0)
   first    := goes
   slot     := slots
   leaving  := leavings
@@ -133,9 +133,9 @@ class PassingProof
   private val chosen  = IO(Input(UInt(TransitLists.SlotBits.W)))
   private val names   = IO(Input(UInt(TransitLists.CountBits.W)))
   private val any     = lists.asInstanceOf[AnyLists]
-  any.slots  := slots
-  any.goes   := chosen
-  any.names_ := names
+  any.slots := slots
+  any.goes  := chosen
+  any.knows := names
   for (p <- 0 to 1) {
     val input  = inputs(p).asInstanceOf[AnyInput]
     val sender = senders(p).asInstanceOf[AnySender]
