@@ -68,18 +68,27 @@ class BusModeModel {
 
   /** Ends a core cycle.
     *
-    * @param ports
-    *   up and level heard of both
+    * @param port1
+    *   which is up or not and hears a level
+    * @param port2
+    *   the other one
     */
-  def step(drive: Boolean, ports: Seq[OpticalPortModel], home: Boolean, address: Int): Unit = {
-    val time               = clock.step()
-    def ends(eighths: Int) = time.exists(_ % eighths == 0)
-    val bit                = ends(8)
-    val (now1, now2)       = (ports(0).up, ports(1).up)
-    val heard              = bus(drive)
-    val inMode1            = forced == 0 && up1 && up2 && !guard
-    differ.step(guard && heard != heard2, ends(1))
-    together.step(guard && !heard && !heard2, ends(1))
+  def step(
+      drive: Boolean,
+      port1: OpticalPortModel,
+      port2: OpticalPortModel,
+      home: Boolean,
+      address: Int
+  ): Unit = {
+    clock.step()
+    val eighth  = clock.ends(1)
+    val bit     = clock.ends(8)
+    val now1    = port1.up
+    val now2    = port2.up
+    val heard   = bus(drive)
+    val inMode1 = forced == 0 && up1 && up2 && !guard
+    differ.step(guard && heard != heard2, eighth)
+    together.step(guard && !heard && !heard2, eighth)
     val isLatched = latch > 40 + 2 * address
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
@@ -91,11 +100,11 @@ class BusModeModel {
       open(true)
     }
 
-    cut.step(drive, n => ends(8 * n))
-    stuck1.step(r1, n => ends(8 * n))
-    stuck2.step(r2, n => ends(8 * n))
-    r1 = ports(0).level || !now1
-    r2 = ports(1).level || !now2
+    cut.step(drive, clock)
+    stuck1.step(r1, clock)
+    stuck2.step(r2, clock)
+    r1 = port1.level || !now1
+    r2 = port2.level || !now2
     was2 ||= now2
     up1 = now1
     up2 = now2

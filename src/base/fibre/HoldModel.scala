@@ -29,12 +29,12 @@ class StuckModel(longest: Int, unit: Int) {
 
   /** A cycle ends in which the level was `level`, true for recessive.
     *
-    * @param ends
-    *   so many T end with it
+    * @param clock
+    *   which has ended it
     */
-  def step(level: Boolean, ends: Int => Boolean): Unit = {
+  def step(level: Boolean, clock: BitClockModel): Unit = {
     if (level != before) ticks = 0
-    else if (ends(if (level) StuckModel.RecessiveUnit else unit)) ticks += 1
+    else if (clock.ends(8 * (if (level) StuckModel.RecessiveUnit else unit))) ticks += 1
     if (ticks > (if (level) 3 else longest)) stuck = !level
     before = level
   }
@@ -50,9 +50,10 @@ object StuckModel {
 class BitClockModel {
   private var quanta    = 8
   private var prescaler = 1
-  private var cycle     = 0 // of the quantum
-  private var left      = 0 // of an eighth, in eighths of a quantum
+  private var cycle     = 0     // of the quantum
+  private var left      = 0     // of an eighth, in eighths of a quantum
   private var eighths   = 0
+  private var isEighth  = false // one ends with the present cycle
 
   /** T, see [[FibreUnderTest.setBit]]. */
   def set(quanta: Int, prescaler: Int): Unit = {
@@ -60,22 +61,20 @@ class BitClockModel {
     this.prescaler = prescaler
   }
 
-  /** Ends a core cycle.
-    *
-    * @return
-    *   how many eighths of T are over if one ends with it
-    */
-  def step(): Option[Int] = {
+  /** So many eighths of T, 1 to 512, end with the cycle that is just over. */
+  def ends(count: Int): Boolean = isEighth && eighths % count == 0
+
+  /** Ends a core cycle. */
+  def step(): Unit = {
+    isEighth = false
     cycle += 1
-    if (cycle < prescaler) None
-    else {
+    if (cycle >= prescaler) {
       cycle = 0
       left -= 8
-      if (left >= 0) None
-      else {
+      if (left < 0) {
         left += quanta
         eighths = (eighths + 1) % 512
-        Some(eighths)
+        isEighth = true
       }
     }
   }

@@ -59,9 +59,8 @@ class OpticalPortModel(p: FibreParams) {
       if (off) Tone.Dark else if (!signal) Tone.Search else if (!isUp) Tone.Recessive else Tone.of(send)
     )
     upOrDown(signal && !hearsSearch && !off, off, upMs, ms, quarter)
-    val lights = for (i <- 0 until p.samplesPerCycle) yield (twice >> i & 1) == 1
-    lights.foreach(demodulator.sample)
-    if (inspection.step(lights, slow)) noises = 255 min noises + 1
+    for (i <- 0 until p.samplesPerCycle) demodulator.sample((twice >> i & 1) == 1)
+    if (inspection.step(twice, slow)) noises = 255 min noises + 1
     twice = once
     once = samples
     twiceOptical = onceOptical

@@ -5,7 +5,9 @@ import flyframe.registers.RingRegisters._
 
 /** The golden model of both ports and the bus mode of a node, behind their registers. */
 class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
-  private val ports  = Seq.fill(2)(new OpticalPortModel(p))
+  private val port1  = new OpticalPortModel(p)
+  private val port2  = new OpticalPortModel(p)
+  private val ports  = Seq(port1, port2)
   private val ring   = new BusModeModel
   private val msLong = p.coreClockMhz * p.usPerMs
 
@@ -15,8 +17,12 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
   private var upMs    = UpMsReset
   private var events  = 0
   private var mask    = 0
-  private var upsWere = Seq(false, false)
-  private var ringWas = (1, false)
+
+  // As they were in the cycle before.
+  private var up1     = false
+  private var up2     = false
+  private var mode    = 1
+  private var isGuard = false
 
   def cycle: Long                  = cycles
   def light(port: Int): Boolean    = ports(port).light
@@ -27,20 +33,21 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
 
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
     cycles += 1
-    val ms      = cycles % msLong == 0
-    val quarter = cycles % (256L * msLong) == 0
-    val slow    = cycles % (16 / p.samplesPerCycle) == 0
+    val ms      = cycles       % msLong == 0
+    val quarter = ms && cycles % (256L * msLong) == 0
+    val slow    = cycles       % (16 / p.samplesPerCycle) == 0
     val off     = (control >> PortsOff & 1) == 1
-    val sends   = Seq(ring.send1(drive), ring.send2(drive))
-    val upsAre  = ports.map(_.up)
-    val ringIs  = (ring.mode, ring.isGuard)
-    if (upsAre != upsWere) events |= 1 << PortEvent
-    if (ringIs != ringWas) events |= 1 << ModeEvent
-    upsWere = upsAre
-    ringWas = ringIs
-    ring.step(drive, ports, (control >> Home & 1) == 1, address)
-    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms, quarter, slow)
-    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms, quarter, slow)
+    val send1   = ring.send1(drive)
+    val send2   = ring.send2(drive)
+    if (port1.up != up1 || port2.up != up2) events |= 1 << PortEvent
+    if (ring.mode != mode || ring.isGuard != isGuard) events |= 1 << ModeEvent
+    up1 = port1.up
+    up2 = port2.up
+    mode = ring.mode
+    isGuard = ring.isGuard
+    ring.step(drive, port1, port2, (control >> Home & 1) == 1, address)
+    port1.step(light1, (optical & 1) != 0, send1, off, upMs, ms, quarter, slow)
+    port2.step(light2, (optical & 2) != 0, send2, off, upMs, ms, quarter, slow)
   }
 
   def write(at: Int, byte: Int): Unit = at match {

@@ -7,9 +7,10 @@ class SignalModel(p: FibreParams) {
   private val tooShort = p.samplesIn(24) // below 25 ns
   private val window   = 64 * p.sampleMhz
   private val search   = p.searchSamples
+  private val farthest = search.last
 
   private var before      = false
-  private var distance    = search.last + 1        // samples since the last rising edge
+  private var distance    = farthest + 1           // samples since the last rising edge
   private var silence     = SignalModel.MostSilent // and so many times 16 more
   private var inWindow    = 0                      // samples of the window that are over
   private var shortOnes   = 0                      // distances in it that are too short
@@ -21,17 +22,20 @@ class SignalModel(p: FibreParams) {
 
   def hearsSearch: Boolean = searchEdges == SignalModel.SearchEdges
 
-  /** Ends a core cycle with these samples.
+  /** Ends a core cycle.
     *
+    * @param lights
+    *   the samples of it, the first one in bit 0
     * @param slow
     *   another 16 samples are over
     * @return
     *   noise begins
     */
-  def step(lights: Seq[Boolean], slow: Boolean): Boolean = {
-    val isFar  = distance > search.last
-    val begins = lights.map(sample).contains(true)
-    if (distance <= search.last) silence = 0
+  def step(lights: Int, slow: Boolean): Boolean = {
+    val isFar  = distance > farthest
+    var begins = false
+    for (i <- 0 until p.samplesPerCycle) begins |= sample((lights >> i & 1) == 1)
+    if (distance <= farthest) silence = 0
     else if (isFar && slow) silence = SignalModel.MostSilent min silence + 1
     begins
   }
@@ -42,7 +46,7 @@ class SignalModel(p: FibreParams) {
     *   noise begins
     */
   private def sample(light: Boolean): Boolean = {
-    distance = search.last + 1 min distance + 1
+    if (distance <= farthest) distance += 1
     var begins = false
     if (light && !before) {
       if (distance <= tooShort) shortOnes = SignalModel.MostShort + 1 min shortOnes + 1
@@ -50,7 +54,7 @@ class SignalModel(p: FibreParams) {
       if (begins) isNoisy = true
       searchEdges = if (search.contains(distance)) SignalModel.SearchEdges min searchEdges + 1 else 0
       distance = 0
-    } else if (distance > search.last) searchEdges = 0
+    } else if (distance > farthest) searchEdges = 0
     before = light
     inWindow += 1
     if (inWindow == window) {

@@ -9,6 +9,7 @@ import scala.collection.mutable
   */
 class Fibre(val delay: Long) {
   private val edges   = mutable.Queue.empty[(Long, Boolean)]
+  private var first   = Long.MaxValue // when the first of them arrives
   private var entered = false
   private var left    = false
 
@@ -25,11 +26,15 @@ class Fibre(val delay: Long) {
   def send(time: Long, light: Boolean): Unit = if (light != entered) {
     entered = light
     edges.enqueue((time + delay + lateness(light), light))
+    first = edges.head._1
   }
 
   /** The light that arrives at `time`; times ascend. */
   def receive(time: Long): Boolean = {
-    while (edges.nonEmpty && edges.head._1 <= time) left = edges.dequeue()._2
+    while (first <= time) {
+      left = edges.dequeue()._2
+      first = edges.headOption.fold(Long.MaxValue)(_._1)
+    }
     disturbed(time, left && !isCut)
   }
 }

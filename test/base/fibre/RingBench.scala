@@ -19,6 +19,10 @@ class RingBench(
   private val count = nodes.size
   private val next  = periods.toArray // when the present cycle of each node ends
 
+  // Nodes in the order in which their cycles end, from `head` on, round and round.
+  private val order = nodes.indices.sortBy(next(_)).toArray
+  private var head  = 0
+
   /** The fibre from port 2 of a node to port 1 of the next, and the one back. */
   val there: IndexedSeq[Fibre] = delays.map(new Fibre(_)).toIndexedSeq
   val back: IndexedSeq[Fibre]  = delays.map(new Fibre(_)).toIndexedSeq
@@ -33,18 +37,22 @@ class RingBench(
   /** ps since the start. */
   var now = 0L
 
-  private def cycle(n: Int): Unit = {
-    val before = (n + count - 1) % count
-    val time   = next(n)
-    def samples(f: Fibre) = {
-      var s = 0
-      for (i <- 0 until p.samplesPerCycle)
-        if (f.receive(time - periods(n) * (p.samplesPerCycle - 1 - i) / p.samplesPerCycle)) s |= 1 << i
-      s
+  /** What a node samples of a fibre in its present cycle. */
+  private def samples(fibre: Fibre, n: Int) = {
+    var samples = 0
+    for (i <- 0 until p.samplesPerCycle) {
+      val late = periods(n) * (p.samplesPerCycle - 1 - i) / p.samplesPerCycle
+      if (fibre.receive(next(n) - late)) samples |= 1 << i
     }
-    val drive = drives(n)()
+    samples
+  }
+
+  private def cycle(n: Int): Unit = {
+    val before = if (n == 0) count - 1 else n - 1
+    val time   = next(n)
+    val drive  = drives(n)()
     hears(n)(nodes(n).bus(drive))
-    nodes(n).step(drive, samples(there(before)), samples(back(n)), optical(n))
+    nodes(n).step(drive, samples(there(before), n), samples(back(n), n), optical(n))
     there(n).send(time, nodes(n).light(1) && !isDead(n))
     back(before).send(time, nodes(n).light(0) && !isDead(n))
     next(n) += periods(n)
@@ -54,14 +62,23 @@ class RingBench(
 
   /** Runs until `end`. */
   def runTo(end: Long): Unit = {
-    var goes = true
-    while (goes) {
-      var first = 0
-      for (i <- 1 until count) if (next(i) < next(first)) first = i
-      if (next(first) <= end) cycle(first) else goes = false
+    while (next(order(head)) <= end) {
+      val node = order(head)
+      cycle(node)
+      var at = head
+      head = (head + 1) % count
+      while (at != head && isBefore(node, order((at + count - 1) % count))) {
+        order(at) = order((at + count - 1) % count)
+        at = (at + count - 1) % count
+      }
+      order(at) = node
     }
     now = end
   }
+
+  /** The cycle of a node ends in front of another one's. */
+  private def isBefore(node: Int, other: Int) =
+    next(node) < next(other) || next(node) == next(other) && node < other
 
   def run(ps: Long): Unit     = runTo(now + ps)
   def runUs(us: Double): Unit = run((us * 1e6).toLong)
