@@ -420,6 +420,7 @@ module Guard(
   input        ticks_eighth,
   input        ticks_bit,
   output       guard,
+  output       next,
   output       closes,
   output       latch
 );
@@ -432,9 +433,11 @@ module Guard(
   wire       automatic_0 = ~forced & coming_0 & coming_1;
   wire       inMode1 = ~forced & up_0 & up_1 & ~isGuard;
   reg  [8:0] span;
-  wire       isOver = ~(span[8]) & span[7:1] >= (isGuard ? {4'h0, address[2:0]} : address);
+  wire       isOver = isGuard ? ~(span[8]) & span[7:1] >= {4'h0, address[2:0]} : ~(span[8]) & span[7:1] >= address;
   wire       _closes_output = automatic_0 & isWaiting & ~_hold_over & (home | isOver);
   wire       _latch_output = automatic_0 & inMode1 & isOver;
+  wire       _next_output =
+    automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isGuard <= 1'h0;
@@ -442,7 +445,7 @@ module Guard(
       wasUp2 <= 1'h0;
     end
     else begin
-      isGuard <= automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
+      isGuard <= _next_output;
       isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over);
       wasUp2 <= coming_1 | wasUp2;
     end
@@ -474,6 +477,7 @@ module Guard(
     .over   (_hold_over)
   );
   assign guard = isGuard;
+  assign next = _next_output;
   assign closes = _closes_output;
   assign latch = _latch_output;
 endmodule
@@ -583,12 +587,13 @@ module BusMode(
   wire _stuckPorts_1_stuck;
   wire _stuckPorts_0_stuck;
   wire _ringGuard_forced;
-  wire _ringGuard_guard;
+  wire _ringGuard_next;
   reg  isUp_0;
   reg  isUp_1;
   reg  r_0;
   reg  r_1;
-  wire isTwo = (|forced) ? forced == 2'h2 : isUp_0 == isUp_1 ? _ringGuard_guard : isUp_0;
+  reg  autoTwo;
+  wire isTwo = (|forced) ? forced == 2'h2 : autoTwo;
   wire isThree = (|forced) ? (&forced) : ~isUp_0 & isUp_1;
   wire own = drive | _stuckOwn_stuck;
   wire heard_1 = r_1 | _stuckPorts_1_stuck;
@@ -601,12 +606,14 @@ module BusMode(
       isUp_1 <= 1'h0;
       r_0 <= 1'h1;
       r_1 <= 1'h1;
+      autoTwo <= 1'h0;
     end
     else begin
       isUp_0 <= up_0;
       isUp_1 <= up_1;
       r_0 <= level_0 | ~up_0;
       r_1 <= level_1 | ~up_1;
+      autoTwo <= up_0 == up_1 ? _ringGuard_next : up_0;
     end
   end // always @(posedge, posedge)
   assign _ringGuard_forced = |forced;
@@ -624,7 +631,8 @@ module BusMode(
     .heard2       (heard_1),
     .ticks_eighth (ticks_eighth),
     .ticks_bit    (ticks_bit),
-    .guard        (_ringGuard_guard),
+    .guard        (report_guard),
+    .next         (_ringGuard_next),
     .closes       (report_closes),
     .latch        (report_latch)
   );
@@ -656,7 +664,6 @@ module BusMode(
   assign send_0 = isThree | own & _send_0_T;
   assign send_1 = isTwo | own & _send_1_T;
   assign report_mode = {isThree | isTwo, isThree | ~isTwo & ~isThree};
-  assign report_guard = _ringGuard_guard;
   assign report_alone = ~isUp_0 & ~isUp_1;
   assign report_cutOff = _stuckOwn_stuck;
   assign report_stuck_0 = _stuckPorts_0_stuck;
@@ -850,9 +857,9 @@ module RingPorts(
 
   reg  [3:0] samples;
   wire       _front_control_off;
+  wire [1:0] _front_control_forced;
   wire [7:0] _front_control_upMs;
   wire       _ring_home;
-  wire [1:0] _ring_forced;
   wire [6:0] _ring_address;
   wire       _ring_ticks_eighth;
   wire       _ring_ticks_bit;
@@ -884,11 +891,16 @@ module RingPorts(
   wire       portClock_window = us & (&(timer[5:0]));
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
+  reg  [1:0] ring_forced_REG;
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       samples <= 4'h0;
-    else
+      ring_forced_REG <= 2'h0;
+    end
+    else begin
       samples <= samples + 4'h1;
+      ring_forced_REG <= _front_control_forced;
+    end
   end // always @(posedge, posedge)
   assign _ports_0_time_slow = &samples;
   assign _ports_0_off = _front_control_off;
@@ -948,7 +960,7 @@ module RingPorts(
     .send_0          (_ports_0_send),
     .send_1          (_ports_1_send),
     .home            (_ring_home),
-    .forced          (_ring_forced),
+    .forced          (ring_forced_REG),
     .address         (_ring_address),
     .ticks_eighth    (_ring_ticks_eighth),
     .ticks_bit       (_ring_ticks_bit),
@@ -986,7 +998,7 @@ module RingPorts(
     .host_rdata      (host_rdata),
     .control_address (_ring_address),
     .control_off     (_front_control_off),
-    .control_forced  (_ring_forced),
+    .control_forced  (_front_control_forced),
     .control_home    (_ring_home),
     .control_upMs    (_front_control_upMs),
     .ports_0_signal  (_ports_0_report_signal),
@@ -1027,6 +1039,7 @@ module BitTiming(
   reg  [4:0]  jump;
   reg  [4:0]  whole;
   reg  [10:0] cycle;
+  reg         tick;
   reg  [6:0]  quantum;
   reg  [4:0]  distance;
   reg         behind;
@@ -1037,7 +1050,6 @@ module BitTiming(
   reg         lastSample;
   reg         before_0;
   reg         twoBefore;
-  wire        tick = cycle == setting_prescaler;
   wire        edge_0 = tick & before_0 & ~heard & lastSample & ~synchronised;
   wire        applies = edge_0 & (hard | behind | quantum == 7'h0 | ~dominant);
   wire        isNear = hard | near;
@@ -1059,9 +1071,12 @@ module BitTiming(
     end
   end // always @(posedge)
   wire [6:0]  _GEN_1 = {2'h0, jump};
+  wire        _nextCycle_T_1 = tick | ~run;
+  wire [10:0] _nextCycle_T_2 = cycle + 11'h1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       cycle <= 11'h0;
+      tick <= 1'h0;
       quantum <= 7'h0;
       distance <= 5'h0;
       behind <= 1'h0;
@@ -1071,10 +1086,11 @@ module BitTiming(
       twoBefore <= 1'h1;
     end
     else begin
-      if (~run | tick)
+      if (_nextCycle_T_1)
         cycle <= 11'h0;
       else
-        cycle <= cycle + 11'h1;
+        cycle <= _nextCycle_T_2;
+      tick <= (_nextCycle_T_1 ? 11'h0 : _nextCycle_T_2) == setting_prescaler;
       if (run) begin
         if (tick) begin
           if (_ends_output)
@@ -2029,7 +2045,6 @@ module FrameShift(
   output        load_valid,
   output [1:0]  load_bits,
   input  [31:0] data,
-  input  [31:0] order,
   output        store_valid,
   output [1:0]  store_bits,
   output [31:0] word,
@@ -2052,6 +2067,7 @@ module FrameShift(
   reg  [4:0]  aligning;
   reg         stores;
   reg         second;
+  reg         arranges;
   reg  [1:0]  clearing;
   reg  [1:0]  casez_tmp;
   always @(*) begin
@@ -2066,30 +2082,45 @@ module FrameShift(
         casez_tmp = 2'h0;
     endcase
   end // always @(*)
+  wire [31:0] _register_T_10 = {register[28:18], 2'h3, register[17:0], register[30]};
+  wire [31:0] _register_T_13 = {register[10:0], register[30], 20'h0};
   wire        _GEN = bits_shifts | (|aligning);
-  wire [31:0] _register_T_2 = {register[30:0], bits_bit & bits_shifts};
-  wire        _GEN_0 = loadedWord == 2'h0;
-  wire        _GEN_1 = loadedWord == 2'h2;
+  wire [31:0] _register_T_17 = {register[30:0], bits_bit & bits_shifts};
+  wire        _GEN_0 = loadedWord == 2'h2;
   always @(posedge clock) begin
     if (loaded) begin
-      if (_GEN_0)
-        register <= order;
-      else if (_GEN_1)
-        register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
-      else if ((&loadedWord) & loadedReload)
-        register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
-      else if (_GEN)
-        register <= _register_T_2;
+      if (|loadedWord) begin
+        if (_GEN_0)
+          register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
+        else if ((&loadedWord) & loadedReload)
+          register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
+        else if (_GEN)
+          register <= _register_T_17;
+        else if (arranges) begin
+          if (register[31])
+            register <= _register_T_10;
+          else
+            register <= _register_T_13;
+        end
+      end
+      else
+        register <= data;
     end
     else if (_GEN)
-      register <= _register_T_2;
+      register <= _register_T_17;
+    else if (arranges) begin
+      if (register[31])
+        register <= _register_T_10;
+      else
+        register <= _register_T_13;
+    end
     if (idEnds)
       heardId <=
         {bits_isExtended,
          bits_isRemote,
          1'h0,
          bits_isExtended ? {register[31:21], register[18:1]} : {18'h0, register[12:2]}};
-    if (~loaded | _GEN_0 | _GEN_1 | ~(&loadedWord)) begin
+    if (~loaded | ~(|loadedWord) | _GEN_0 | ~(&loadedWord)) begin
     end
     else
       ahead <= data[7];
@@ -2107,6 +2138,7 @@ module FrameShift(
       loaded <= 1'h0;
       aligning <= 5'h0;
       stores <= 1'h0;
+      arranges <= 1'h0;
       clearing <= 2'h0;
     end
     else begin
@@ -2126,6 +2158,7 @@ module FrameShift(
       else if (|aligning)
         aligning <= aligning - 5'h1;
       stores <= bits_wordEnds ? (&(bits_byte[1:0])) : aligning == 5'h1;
+      arranges <= loaded & ~(|loadedWord);
       if (|clearing)
         clearing <= clearing - 2'h1;
       else if (idEnds)
@@ -2307,9 +2340,9 @@ module SlotOrder(
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
-  assign ram_write = _appended_output | keeps;
-  assign ram_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign ram_writeData = _appended_output ? append_bits : first_bits;
+  assign ram_write = walks ? keeps : append_valid;
+  assign ram_writeAddress = {1'h0, walks ? {~bank, to[3:0]} : {bank, count[3:0]}};
+  assign ram_writeData = walks ? first_bits : append_bits;
   assign ram_readAddress = {1'h0, bank, at[3:0]};
 endmodule
 
@@ -2343,16 +2376,18 @@ module SlotStates(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
+  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
   wire [15:0] _GEN = {12'h0, last};
+  wire [15:0] _abortsIt_T_4 = abort >> _GEN;
+  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   reg  [15:0] leaves;
-  reg         isOver;
+  reg         isOver_REG;
+  reg         isOver_REG_1;
+  wire        isOver = isOver_REG & isOver_REG_1;
   reg         isSent;
   wire [15:0] one = 16'h1 << _GEN;
   wire [15:0] mayGo = leaves & waits & ~(onWire | isOver ? one : 16'h0);
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] _abortsIt_T_4 = abort >> _GEN;
-  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
-  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2362,7 +2397,7 @@ module SlotStates(
       onWire <= 1'h0;
       aborts <= 1'h0;
       leaves <= 16'h0;
-      isOver <= 1'h0;
+      isOver_REG <= 1'h0;
     end
     else begin
       waits <= waits & ~mayGo & ~(isOver ? one : 16'h0) | requestOne;
@@ -2371,12 +2406,13 @@ module SlotStates(
       onWire <= isOnIt & ~ends;
       aborts <= isOnIt & ~ends & abortsIt;
       leaves <= abort;
-      isOver <= isOnIt & ends & (sent | oneShot | abortsIt);
+      isOver_REG <= isOnIt & ends;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    isOver_REG_1 <= sent | oneShot | abortsIt;
     isSent <= sent;
   end // always @(posedge)
   assign pending = waits;
@@ -3182,7 +3218,6 @@ module CanPort(
   wire [3:0]  _order_ram_writeData;
   wire [5:0]  _order_ram_readAddress;
   wire [31:0] _shift_data;
-  wire [31:0] _shift_order;
   wire        _shift_load_valid;
   wire [1:0]  _shift_load_bits;
   wire        _shift_store_valid;
@@ -3244,12 +3279,11 @@ module CanPort(
   wire        _timing_ends;
   wire        _timing_restarts;
   wire [6:0]  _bit_bits_quanta_T = {1'h0, _front_timing_tseg1} + {3'h0, _front_timing_tseg2};
-  wire        _impossible_T_12 = _front_timing_tseg1 == 6'h0;
-  wire        impossible =
-    _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_control_threeSamples & _impossible_T_12
-    | _front_timing_prescaler == 11'h0 & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1
-    & _impossible_T_12;
+  reg         impossible_wasNever;
+  reg         impossible_REG;
+  wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible;
+  reg  [6:0]  bit_bits_quanta_REG;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -3267,8 +3301,11 @@ module CanPort(
   wire [1:0]  state = runs ? (_engine_busOff ? 2'h3 : _engine_passive ? 2'h2 : 2'h1) : 2'h0;
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
+  wire        _impossible_T = _front_timing_tseg1 == 6'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
+      impossible_wasNever <= 1'h1;
+      impossible_REG <= 1'h1;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -3282,6 +3319,10 @@ module CanPort(
       events_state_REG_1 <= 1'h0;
     end
     else begin
+      impossible_wasNever <=
+        _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
+        & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
+      impossible_REG <= _impossible_T;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -3296,6 +3337,7 @@ module CanPort(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
+    bit_bits_quanta_REG <= _bit_bits_quanta_T + 7'h3;
     if (_timing_sample_valid & _engine_events_stamps)
       sofTime <= time_0;
     states_oneShot_REG <= mode_oneShot;
@@ -3381,10 +3423,6 @@ module CanPort(
     .integrating              (_engine_integrating)
   );
   assign _shift_data = _memory_data;
-  assign _shift_order =
-    _memory_data[31]
-      ? {_memory_data[28:18], 2'h3, _memory_data[17:0], _memory_data[30]}
-      : {_memory_data[10:0], _memory_data[30], 20'h0};
   FrameShift shift (
     .clock               (clock),
     .reset               (reset),
@@ -3406,7 +3444,6 @@ module CanPort(
     .load_valid          (_shift_load_valid),
     .load_bits           (_shift_load_bits),
     .data                (_shift_data),
-    .order               (_shift_order),
     .store_valid         (_shift_store_valid),
     .store_bits          (_shift_store_bits),
     .word                (_shift_word),
@@ -3651,7 +3688,7 @@ module CanPort(
   assign events_overrun = _fifo_drops;
   assign bit_valid = ~impossible;
   assign bit_bits_prescaler = _front_timing_prescaler;
-  assign bit_bits_quanta = _bit_bits_quanta_T + 7'h3;
+  assign bit_bits_quanta = bit_bits_quanta_REG;
 endmodule
 
 module NodeHost(
@@ -3744,14 +3781,20 @@ module TimeQuanta(
 );
 
   reg  [10:0] cycle;
-  wire        ends = cycle == prescaler;
+  reg         ends;
+  wire [10:0] _next_T = cycle + 11'h1;
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       cycle <= 11'h0;
-    else if (ends)
-      cycle <= 11'h0;
-    else
-      cycle <= cycle + 11'h1;
+      ends <= 1'h0;
+    end
+    else begin
+      if (ends)
+        cycle <= 11'h0;
+      else
+        cycle <= _next_T;
+      ends <= (ends ? 11'h0 : _next_T) == prescaler;
+    end
   end // always @(posedge, posedge)
   assign quantum = ends & possible;
 endmodule

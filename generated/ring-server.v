@@ -945,6 +945,7 @@ module Guard(
   input        ticks_eighth,
   input        ticks_bit,
   output       guard,
+  output       next,
   output       closes,
   output       latch
 );
@@ -957,9 +958,11 @@ module Guard(
   wire       automatic_0 = ~forced & coming_0 & coming_1;
   wire       inMode1 = ~forced & up_0 & up_1 & ~isGuard;
   reg  [8:0] span;
-  wire       isOver = ~(span[8]) & span[7:1] >= (isGuard ? {4'h0, address[2:0]} : address);
+  wire       isOver = isGuard ? ~(span[8]) & span[7:1] >= {4'h0, address[2:0]} : ~(span[8]) & span[7:1] >= address;
   wire       _closes_output = automatic_0 & isWaiting & ~_hold_over & (home | isOver);
   wire       _latch_output = automatic_0 & inMode1 & isOver;
+  wire       _next_output =
+    automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isGuard <= 1'h0;
@@ -967,7 +970,7 @@ module Guard(
       wasUp2 <= 1'h0;
     end
     else begin
-      isGuard <= automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
+      isGuard <= _next_output;
       isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over);
       wasUp2 <= coming_1 | wasUp2;
     end
@@ -999,6 +1002,7 @@ module Guard(
     .over   (_hold_over)
   );
   assign guard = isGuard;
+  assign next = _next_output;
   assign closes = _closes_output;
   assign latch = _latch_output;
 endmodule
@@ -1109,12 +1113,13 @@ module BusMode(
   wire _stuckPorts_1_stuck;
   wire _stuckPorts_0_stuck;
   wire _ringGuard_forced;
-  wire _ringGuard_guard;
+  wire _ringGuard_next;
   reg  isUp_0;
   reg  isUp_1;
   reg  r_0;
   reg  r_1;
-  wire isTwo = (|forced) ? forced == 2'h2 : isUp_0 == isUp_1 ? _ringGuard_guard : isUp_0;
+  reg  autoTwo;
+  wire isTwo = (|forced) ? forced == 2'h2 : autoTwo;
   wire isThree = (|forced) ? (&forced) : ~isUp_0 & isUp_1;
   wire own = drive | _stuckOwn_stuck;
   wire heard_1 = r_1 | _stuckPorts_1_stuck;
@@ -1127,12 +1132,14 @@ module BusMode(
       isUp_1 <= 1'h0;
       r_0 <= 1'h1;
       r_1 <= 1'h1;
+      autoTwo <= 1'h0;
     end
     else begin
       isUp_0 <= up_0;
       isUp_1 <= up_1;
       r_0 <= level_0 | ~up_0;
       r_1 <= level_1 | ~up_1;
+      autoTwo <= up_0 == up_1 ? _ringGuard_next : up_0;
     end
   end // always @(posedge, posedge)
   assign _ringGuard_forced = (|forced) | rests;
@@ -1150,7 +1157,8 @@ module BusMode(
     .heard2       (heard_1),
     .ticks_eighth (ticks_eighth),
     .ticks_bit    (ticks_bit),
-    .guard        (_ringGuard_guard),
+    .guard        (report_guard),
+    .next         (_ringGuard_next),
     .closes       (report_closes),
     .latch        (report_latch)
   );
@@ -1182,7 +1190,6 @@ module BusMode(
   assign send_0 = isThree | own & _send_0_T;
   assign send_1 = isTwo | own & _send_1_T;
   assign report_mode = {isThree | isTwo, isThree | ~isTwo & ~isThree};
-  assign report_guard = _ringGuard_guard;
   assign report_alone = ~isUp_0 & ~isUp_1;
   assign report_cutOff = _stuckOwn_stuck;
   assign report_stuck_0 = _stuckPorts_0_stuck;
@@ -1394,7 +1401,6 @@ module RingPorts(
   wire       _ring_level_0;
   wire       _ring_level_1;
   wire       _ring_home;
-  wire [1:0] _ring_forced;
   wire [6:0] _ring_address;
   wire       _ring_ticks_eighth;
   wire       _ring_ticks_bit;
@@ -1432,11 +1438,16 @@ module RingPorts(
   wire       portClock_quarter = us & (&timer);
   wire       _front_ring_stuck_0_T = relay_on & relay_stuck_0;
   wire       _front_ring_stuck_1_T = relay_on & relay_stuck_1;
+  reg  [1:0] ring_forced_REG;
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       samples <= 3'h0;
-    else
+      ring_forced_REG <= 2'h0;
+    end
+    else begin
       samples <= samples + 3'h1;
+      ring_forced_REG <= relay_on ? 2'h0 : _front_control_forced;
+    end
   end // always @(posedge, posedge)
   assign _ports_0_optical = optical_0 & ~_front_ring_stuck_0_T;
   assign _ports_0_time_slow = &samples;
@@ -1490,7 +1501,6 @@ module RingPorts(
   );
   assign _ring_level_0 = _ports_0_report_level | relay_on;
   assign _ring_level_1 = _ports_1_report_level | relay_on;
-  assign _ring_forced = relay_on ? 2'h0 : _front_control_forced;
   assign _ring_address = _front_control_address;
   BusMode ring (
     .clock           (clock),
@@ -1504,7 +1514,7 @@ module RingPorts(
     .send_0          (_ring_send_0),
     .send_1          (_ring_send_1),
     .home            (_ring_home),
-    .forced          (_ring_forced),
+    .forced          (ring_forced_REG),
     .address         (_ring_address),
     .rests           (relay_on),
     .ticks_eighth    (_ring_ticks_eighth),
@@ -1591,6 +1601,7 @@ module BitTiming(
   reg  [4:0]  jump;
   reg  [4:0]  whole;
   reg  [10:0] cycle;
+  reg         tick;
   reg  [6:0]  quantum;
   reg  [4:0]  distance;
   reg         behind;
@@ -1601,7 +1612,6 @@ module BitTiming(
   reg         lastSample;
   reg         before_0;
   reg         twoBefore;
-  wire        tick = cycle == setting_prescaler;
   wire        edge_0 = tick & before_0 & ~heard & lastSample & ~synchronised;
   wire        applies = edge_0 & (hard | behind | quantum == 7'h0 | ~dominant);
   wire        isNear = hard | near;
@@ -1623,9 +1633,12 @@ module BitTiming(
     end
   end // always @(posedge)
   wire [6:0]  _GEN_1 = {2'h0, jump};
+  wire        _nextCycle_T_1 = tick | ~run;
+  wire [10:0] _nextCycle_T_2 = cycle + 11'h1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       cycle <= 11'h0;
+      tick <= 1'h0;
       quantum <= 7'h0;
       distance <= 5'h0;
       behind <= 1'h0;
@@ -1635,10 +1648,11 @@ module BitTiming(
       twoBefore <= 1'h1;
     end
     else begin
-      if (~run | tick)
+      if (_nextCycle_T_1)
         cycle <= 11'h0;
       else
-        cycle <= cycle + 11'h1;
+        cycle <= _nextCycle_T_2;
+      tick <= (_nextCycle_T_1 ? 11'h0 : _nextCycle_T_2) == setting_prescaler;
       if (run) begin
         if (tick) begin
           if (_ends_output)
@@ -2593,7 +2607,6 @@ module FrameShift(
   output        load_valid,
   output [1:0]  load_bits,
   input  [31:0] data,
-  input  [31:0] order,
   output        store_valid,
   output [1:0]  store_bits,
   output [31:0] word,
@@ -2616,6 +2629,7 @@ module FrameShift(
   reg  [4:0]  aligning;
   reg         stores;
   reg         second;
+  reg         arranges;
   reg  [1:0]  clearing;
   reg  [1:0]  casez_tmp;
   always @(*) begin
@@ -2630,30 +2644,45 @@ module FrameShift(
         casez_tmp = 2'h0;
     endcase
   end // always @(*)
+  wire [31:0] _register_T_10 = {register[28:18], 2'h3, register[17:0], register[30]};
+  wire [31:0] _register_T_13 = {register[10:0], register[30], 20'h0};
   wire        _GEN = bits_shifts | (|aligning);
-  wire [31:0] _register_T_2 = {register[30:0], bits_bit & bits_shifts};
-  wire        _GEN_0 = loadedWord == 2'h0;
-  wire        _GEN_1 = loadedWord == 2'h2;
+  wire [31:0] _register_T_17 = {register[30:0], bits_bit & bits_shifts};
+  wire        _GEN_0 = loadedWord == 2'h2;
   always @(posedge clock) begin
     if (loaded) begin
-      if (_GEN_0)
-        register <= order;
-      else if (_GEN_1)
-        register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
-      else if ((&loadedWord) & loadedReload)
-        register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
-      else if (_GEN)
-        register <= _register_T_2;
+      if (|loadedWord) begin
+        if (_GEN_0)
+          register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
+        else if ((&loadedWord) & loadedReload)
+          register <= {data[7:0], data[15:8], data[23:16], data[31:24]};
+        else if (_GEN)
+          register <= _register_T_17;
+        else if (arranges) begin
+          if (register[31])
+            register <= _register_T_10;
+          else
+            register <= _register_T_13;
+        end
+      end
+      else
+        register <= data;
     end
     else if (_GEN)
-      register <= _register_T_2;
+      register <= _register_T_17;
+    else if (arranges) begin
+      if (register[31])
+        register <= _register_T_10;
+      else
+        register <= _register_T_13;
+    end
     if (idEnds)
       heardId <=
         {bits_isExtended,
          bits_isRemote,
          1'h0,
          bits_isExtended ? {register[31:21], register[18:1]} : {18'h0, register[12:2]}};
-    if (~loaded | _GEN_0 | _GEN_1 | ~(&loadedWord)) begin
+    if (~loaded | ~(|loadedWord) | _GEN_0 | ~(&loadedWord)) begin
     end
     else
       ahead <= data[7];
@@ -2671,6 +2700,7 @@ module FrameShift(
       loaded <= 1'h0;
       aligning <= 5'h0;
       stores <= 1'h0;
+      arranges <= 1'h0;
       clearing <= 2'h0;
     end
     else begin
@@ -2690,6 +2720,7 @@ module FrameShift(
       else if (|aligning)
         aligning <= aligning - 5'h1;
       stores <= bits_wordEnds ? (&(bits_byte[1:0])) : aligning == 5'h1;
+      arranges <= loaded & ~(|loadedWord);
       if (|clearing)
         clearing <= clearing - 2'h1;
       else if (idEnds)
@@ -2875,9 +2906,9 @@ module SlotOrder(
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
-  assign ram_write = _appended_output | keeps;
-  assign ram_writeAddress = {1'h0, _appended_output ? {bank, count[3:0]} : {~bank, to[3:0]}};
-  assign ram_writeData = _appended_output ? append_bits : first_bits;
+  assign ram_write = walks ? keeps : append_valid;
+  assign ram_writeAddress = {1'h0, walks ? {~bank, to[3:0]} : {bank, count[3:0]}};
+  assign ram_writeData = walks ? first_bits : append_bits;
   assign ram_readAddress = {1'h0, bank, at[3:0]};
 endmodule
 
@@ -2917,8 +2948,13 @@ module SlotStates(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
+  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
+  wire [15:0] _abortsIt_T_4 = abort >> last;
+  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   reg  [15:0] leaves;
-  reg         isOver;
+  reg         isOver_REG;
+  reg         isOver_REG_1;
+  wire        isOver = isOver_REG & isOver_REG_1;
   reg         isSent;
   wire [15:0] one = 16'h1 << (relay_ends_valid ? relay_ends_bits : last);
   wire        _doneOne_T = isOver | relay_ends_valid;
@@ -2928,9 +2964,6 @@ module SlotStates(
     | (relay_drops ? waits & ~doneOne : 16'h0);
   reg         ended_REG;
   wire        isOnIt = onWire | takes_valid;
-  wire [15:0] _abortsIt_T_4 = abort >> last;
-  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
-  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
   wire        isWell = relay_ends_valid ? relay_sent : isSent;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
@@ -2941,7 +2974,7 @@ module SlotStates(
       onWire <= 1'h0;
       aborts <= 1'h0;
       leaves <= 16'h0;
-      isOver <= 1'h0;
+      isOver_REG <= 1'h0;
       ended_REG <= 1'h0;
     end
     else begin
@@ -2951,13 +2984,14 @@ module SlotStates(
       onWire <= isOnIt & ~ends & ~relay_drops;
       aborts <= isOnIt & ~ends & abortsIt;
       leaves <= abort;
-      isOver <= isOnIt & ends & (sent | oneShot | abortsIt) & ~relay_drops;
+      isOver_REG <= isOnIt & ends & ~relay_drops;
       ended_REG <= relay_ends_valid;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    isOver_REG_1 <= sent | oneShot | abortsIt;
     isSent <= sent;
   end // always @(posedge)
   assign pending = waits;
@@ -3909,7 +3943,6 @@ module CanPort(
   wire [3:0]  _order_ram_writeData;
   wire [5:0]  _order_ram_readAddress;
   wire [31:0] _shift_data;
-  wire [31:0] _shift_order;
   wire        _shift_load_valid;
   wire [1:0]  _shift_load_bits;
   wire        _shift_store_valid;
@@ -3971,12 +4004,11 @@ module CanPort(
   wire        _timing_ends;
   wire        _timing_restarts;
   wire [6:0]  _bit_bits_quanta_T = {1'h0, _front_timing_tseg1} + {3'h0, _front_timing_tseg2};
-  wire        _impossible_T_12 = _front_timing_tseg1 == 6'h0;
-  wire        impossible =
-    _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_control_threeSamples & _impossible_T_12
-    | _front_timing_prescaler == 11'h0 & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1
-    & _impossible_T_12;
+  reg         impossible_wasNever;
+  reg         impossible_REG;
+  wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible & ~relay_on;
+  reg  [6:0]  bit_bits_quanta_REG;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -3996,8 +4028,11 @@ module CanPort(
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
   reg  [15:0] relay_abort_REG;
+  wire        _impossible_T = _front_timing_tseg1 == 6'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
+      impossible_wasNever <= 1'h1;
+      impossible_REG <= 1'h1;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -4012,6 +4047,10 @@ module CanPort(
       relay_abort_REG <= 16'h0;
     end
     else begin
+      impossible_wasNever <=
+        _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
+        & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
+      impossible_REG <= _impossible_T;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -4027,6 +4066,7 @@ module CanPort(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
+    bit_bits_quanta_REG <= _bit_bits_quanta_T + 7'h3;
     if (_timing_sample_valid & _engine_events_stamps)
       sofTime <= time_0;
     states_oneShot_REG <= mode_oneShot;
@@ -4112,10 +4152,6 @@ module CanPort(
     .integrating              (_engine_integrating)
   );
   assign _shift_data = _memory_data;
-  assign _shift_order =
-    _memory_data[31]
-      ? {_memory_data[28:18], 2'h3, _memory_data[17:0], _memory_data[30]}
-      : {_memory_data[10:0], _memory_data[30], 20'h0};
   FrameShift shift (
     .clock               (clock),
     .reset               (reset),
@@ -4137,7 +4173,6 @@ module CanPort(
     .load_valid          (_shift_load_valid),
     .load_bits           (_shift_load_bits),
     .data                (_shift_data),
-    .order               (_shift_order),
     .store_valid         (_shift_store_valid),
     .store_bits          (_shift_store_bits),
     .word                (_shift_word),
@@ -4420,7 +4455,7 @@ module CanPort(
   assign events_overrun = _fifo_drops;
   assign bit_valid = ~impossible;
   assign bit_bits_prescaler = _front_timing_prescaler;
-  assign bit_bits_quanta = _bit_bits_quanta_T + 7'h3;
+  assign bit_bits_quanta = bit_bits_quanta_REG;
   assign relay_append_valid = _front_append_valid & relay_on;
   assign relay_append_bits = _front_append_bits;
   assign relay_pending = _states_pending;
@@ -4441,7 +4476,9 @@ module LinkBits(
   input  [7:0] setting_last,
   input  [7:0] setting_sample,
   input  [5:0] setting_jump,
+  input  [5:0] setting_fewer,
   input  [7:0] setting_late,
+  input  [7:0] setting_beside,
   input        restart,
   input        heard,
   input        hard,
@@ -4458,9 +4495,8 @@ module LinkBits(
   wire       samples = ~edge_0 & ~restart & ~behind & cycle == setting_sample;
   wire [7:0] _GEN = {2'h0, setting_jump};
   wire       isStart = restart | edge_0 & (hard | (behind ? cycle >= setting_late : cycle <= _GEN));
-  wire [8:0] _jumped_T_5 = {cycle, 1'h1} + {behind ? _GEN : {2'h3, ~setting_jump}, ~behind};
-  wire [7:0] _cycle_T = edge_0 ? _jumped_T_5[8:1] : cycle;
-  wire       isLast = ~isStart & _cycle_T == setting_last;
+  wire       isLast = ~isStart & (edge_0 ? behind & cycle == setting_beside : cycle == setting_last);
+  wire [8:0] _jumped_T_6 = {cycle, 1'h1} + {behind ? _GEN : {2'h3, ~setting_fewer}, 1'h1};
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       cycle <= 8'h0;
@@ -4472,8 +4508,12 @@ module LinkBits(
     else begin
       if (isLast)
         cycle <= 8'h0;
+      else if (isStart)
+        cycle <= 8'h1;
+      else if (edge_0)
+        cycle <= _jumped_T_6[8:1];
       else
-        cycle <= (isStart ? 8'h0 : _cycle_T) + 8'h1;
+        cycle <= cycle + 8'h1;
       behind <= (behind | samples) & ~isLast & ~isStart;
       beforeReg <= heard;
       if (samples)
@@ -4644,7 +4684,9 @@ module LinkInput(
   input  [7:0]  setting_last,
   input  [7:0]  setting_sample,
   input  [5:0]  setting_jump,
+  input  [5:0]  setting_fewer,
   input  [7:0]  setting_late,
+  input  [7:0]  setting_beside,
   input         renew,
   input         restart,
   input         tick,
@@ -4750,7 +4792,9 @@ module LinkInput(
     .setting_last   (setting_last),
     .setting_sample (setting_sample),
     .setting_jump   (setting_jump),
+    .setting_fewer  (setting_fewer),
     .setting_late   (setting_late),
+    .setting_beside (setting_beside),
     .restart        (_bits_restart),
     .heard          (heard),
     .hard           (_bits_hard),
@@ -5410,16 +5454,20 @@ module PassingOn(
   reg  [7:0]  setting_setting_last_REG;
   reg  [7:0]  setting_setting_sample_REG;
   reg  [5:0]  setting_setting_jump_REG;
+  reg  [5:0]  setting_setting_fewer_REG;
+  reg  [7:0]  setting_setting_beside_REG;
   reg  [7:0]  setting_setting_late_REG;
   reg  [7:0]  renew_REG;
   reg         renew;
   reg  [7:0]  cycle;
-  wire        isFirst = renew | cycle == 8'h0;
+  reg         isTick;
+  reg         isFirst_REG;
+  wire        isFirst = renew | isFirst_REG;
   reg         upReg_0;
   reg         upReg_1;
   wire        upNow_0 = isFirst ? up_0 : upReg_0;
   wire        upNow_1 = isFirst ? up_1 : upReg_1;
-  wire        _tick_output = ~renew & cycle == setting_setting_last_REG;
+  wire        _tick_output = ~renew & isTick;
   reg  [4:0]  phase;
   reg         isUpReg_0;
   reg         isUpReg_1;
@@ -5476,10 +5524,8 @@ module PassingOn(
   wire        _GEN_20 = report_good & comes_0;
   wire        _GEN_21 = _tells_T_1 & report_bad & _GEN_10;
   wire        _GEN_22 = report_good & comes_1;
-  wire        looks_0 = phase == 5'h15;
   wire        looks_1 = phase == 5'h16;
-  reg         asked_0;
-  reg         asked_1;
+  wire        asked_1 = phase == 5'h17;
   reg         begin_0;
   reg         begin_1;
   reg         mayOwn;
@@ -5498,18 +5544,21 @@ module PassingOn(
   wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_25;
   wire        _GEN_29 = ~on | _GEN;
   wire        _GEN_30 = ~on | _GEN_6;
-  wire [9:0]  _setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
+  wire [7:0]  _setting_setting_late_T = setting_setting_last_REG - {2'h0, setting_setting_jump_REG};
   wire [15:0] _GEN_31 = {12'h0, _lists_slot};
   wire [4:0]  silent = asked_1 ? _senders_1_quiet : _senders_0_quiet;
   wire        isUpThen = asked_1 ? isUpReg_1 : isUpReg_0;
   wire [13:0] _setting_setting_sample_T_3 = {1'h0, bitCycles, 5'h0} + {3'h0, bitCycles, 3'h0} + {6'h0, bitCycles};
+  wire [9:0]  _setting_setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
   wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_31;
   wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_31;
   always @(posedge clock) begin
     setting_setting_last_REG <= bitCycles - 8'h1;
     setting_setting_sample_REG <= _setting_setting_sample_T_3[13:6];
-    setting_setting_jump_REG <= _setting_jump_T_1[9:4];
-    setting_setting_late_REG <= bitCycles - {2'h0, _setting_jump_T_1[9:4]};
+    setting_setting_jump_REG <= _setting_setting_jump_T_1[9:4];
+    setting_setting_fewer_REG <= setting_setting_jump_REG - 6'h1;
+    setting_setting_beside_REG <= _setting_setting_late_T;
+    setting_setting_late_REG <= _setting_setting_late_T + 8'h1;
     renew_REG <= bitCycles;
     if (_tells_T & _GEN_18)
       target_0 <= _target_1_T;
@@ -5524,12 +5573,14 @@ module PassingOn(
     else
       wraps_1 <= _wraps_1_T ? wraps_1 | _wraps_1_T_1[8:0] : ~(~wraps_1 | _wraps_1_T_1[8:0]);
     second <= phase > 5'hA;
-    isFull <= _lists_size == 4'h8;
+    if (asks)
+      isFull <= _lists_size == 4'h8;
     mayOwn <= isUpThen & silent[4];
     wants <= (asked_1 ? offer_1 : offer_0) & ~(|(_lists_size[3:2]));
     noName <= _lists_known == 4'h0;
     mayPass <= isUpThen & (|_lists_size) & ((|(_lists_size[3:2])) ? silent > 5'h6 : (|(silent[4:3])));
   end // always @(posedge)
+  wire [7:0]  _nextCycle_T_1 = (renew ? 8'h0 : cycle) + 8'h1;
   wire        _GEN_32 = ~_GEN & comes_0;
   wire        _GEN_33 = _GEN & ~(target_0[4]);
   wire        _GEN_34 = _GEN & ~(target_1[4]);
@@ -5549,6 +5600,8 @@ module PassingOn(
     if (reset) begin
       renew <= 1'h0;
       cycle <= 8'h0;
+      isTick <= 1'h0;
+      isFirst_REG <= 1'h1;
       upReg_0 <= 1'h0;
       upReg_1 <= 1'h0;
       phase <= 5'h19;
@@ -5564,8 +5617,6 @@ module PassingOn(
       waits_1 <= 1'h0;
       leaves_0 <= 1'h0;
       leaves_1 <= 1'h0;
-      asked_0 <= 1'h0;
-      asked_1 <= 1'h0;
       begin_0 <= 1'h0;
       begin_1 <= 1'h0;
     end
@@ -5578,10 +5629,12 @@ module PassingOn(
         wasUp_1 <= upNow_1;
       end
       else begin
-        cycle <= (renew ? 8'h0 : cycle) + 8'h1;
+        cycle <= _nextCycle_T_1;
         if (~(phase == 5'h19))
           phase <= phase + 5'h1;
       end
+      isTick <= (_tick_output ? 8'h0 : _nextCycle_T_1) == setting_setting_last_REG;
+      isFirst_REG <= _tick_output;
       if (isFirst) begin
         upReg_0 <= up_0;
         upReg_1 <= up_1;
@@ -5602,9 +5655,7 @@ module PassingOn(
         on & (_GEN_23 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_8 | _GEN_43) & _GEN_36 : ~_GEN_43 & _GEN_36);
       leaves_1 <=
         on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_37) & leaves_1 : ~_GEN_37 & leaves_1));
-      asked_0 <= looks_0;
-      asked_1 <= looks_1;
-      begin_0 <= asked_0;
+      begin_0 <= looks_1;
       begin_1 <= asked_1;
     end
   end // always @(posedge, posedge)
@@ -5616,7 +5667,9 @@ module PassingOn(
     .setting_last          (setting_setting_last_REG),
     .setting_sample        (setting_setting_sample_REG),
     .setting_jump          (setting_setting_jump_REG),
+    .setting_fewer         (setting_setting_fewer_REG),
     .setting_late          (setting_setting_late_REG),
+    .setting_beside        (setting_setting_beside_REG),
     .renew                 (renew),
     .restart               (_inputs_0_restart),
     .tick                  (_tick_output),
@@ -5650,7 +5703,9 @@ module PassingOn(
     .setting_last          (setting_setting_last_REG),
     .setting_sample        (setting_setting_sample_REG),
     .setting_jump          (setting_setting_jump_REG),
+    .setting_fewer         (setting_setting_fewer_REG),
     .setting_late          (setting_setting_late_REG),
+    .setting_beside        (setting_setting_beside_REG),
     .renew                 (renew),
     .restart               (_inputs_1_restart),
     .tick                  (_tick_output),
@@ -5714,12 +5769,12 @@ module PassingOn(
     .byte_valid  (_senders_1_byte_valid),
     .byte_bits   (_senders_1_byte_bits)
   );
-  assign _lists_out = asked_0 | asked_1 ? asked_1 : to;
+  assign _lists_out = looks_1 | asked_1 ? asked_1 : to;
   assign _lists_asks = asks & report_header;
   assign _lists_ranks = asks & report_identified & ~report_bad & _GEN_14 & _GEN_15;
   assign _lists_removes = asks & _GEN_15 & (~_GEN_14 | report_bad);
   assign _lists_it = meant[3:0];
-  assign _lists_looks_valid = looks_0 | looks_1;
+  assign _lists_looks_valid = phase == 5'h15 | looks_1;
   TransitLists lists (
     .clock                   (clock),
     .reset                   (reset),
@@ -5858,10 +5913,25 @@ module SlotList(
   reg  [31:0] passing_key;
   reg  [3:0]  passing_slot;
   reg  [3:0]  passingAt;
+  reg         isSame_0;
+  reg         isSame_1;
+  reg         isSame_2;
+  reg         isSame_3;
+  reg         isSame_4;
+  reg         isSame_5;
+  reg         isSame_6;
+  reg         isSame_7;
+  reg         isSame_8;
+  reg         isSame_9;
+  reg         isSame_10;
+  reg         isSame_11;
+  reg         isSame_12;
+  reg         isSame_13;
+  reg         isSame_14;
+  reg         isSame_15;
   reg         entry_valid_REG;
   reg  [3:0]  entry_bits_slot_REG;
   reg  [3:0]  entry_bits_place_REG;
-  reg         entry_bits_sameAsNext_REG;
   reg  [31:0] held_key;
   reg  [3:0]  held_slot;
   reg         isAsked;
@@ -5869,9 +5939,13 @@ module SlotList(
   reg         joins;
   reg         isIn;
   wire        _read_valid_output = append_valid & ~isAsked & ~isHeld;
-  wire        isOver = walks & ~reads & ~comes & ~passes & ~entry_valid_REG;
-  wire        isKept = entry_valid_REG & keeps;
-  wire        first = joins & ~isIn & passes & held_key < passing_key;
+  reg  [31:0] by_key;
+  reg  [3:0]  by_slot;
+  reg         wasBy;
+  reg         isKept;
+  wire        isOver = walks & ~reads & ~comes & ~passes & ~entry_valid_REG & ~wasBy;
+  reg         isLess;
+  wire        first = joins & ~isIn & entry_valid_REG & isLess;
   wire        isLast = joins & ~isIn & isOver;
   wire [4:0]  _behind_T = to + 5'h1;
   wire        _ram_writeData_T_1 = isIn | first | isLast;
@@ -5890,6 +5964,8 @@ module SlotList(
       isHeld <= 1'h0;
       joins <= 1'h0;
       isIn <= 1'h0;
+      wasBy <= 1'h0;
+      isKept <= 1'h0;
     end
     else begin
       bank <= isOver ^ bank;
@@ -5919,30 +5995,52 @@ module SlotList(
       isHeld <= on & (isOver ? isHeld & ~joins : isAsked | isHeld);
       joins <= ~_GEN & (walk ? isHeld : joins);
       isIn <= ~_GEN & (first | isIn);
+      wasBy <= entry_valid_REG;
+      isKept <= entry_valid_REG & keeps;
     end
   end // always @(posedge, posedge)
-  wire [30:0] _isSame_T = passing_key[31:1] ^ ram_readData[35:5];
+  wire [30:0] _differs_T = passing_key[31:1] ^ ram_readData[35:5];
   always @(posedge clock) begin
     comesAt <= at[3:0];
     passing_key <= ram_readData[35:4];
     passing_slot <= ram_readData[3:0];
     passingAt <= comesAt;
+    isSame_0 <= comes & ~(_differs_T[0]);
+    isSame_1 <= comes & _differs_T[2:1] == 2'h0;
+    isSame_2 <= comes & _differs_T[4:3] == 2'h0;
+    isSame_3 <= comes & _differs_T[6:5] == 2'h0;
+    isSame_4 <= comes & _differs_T[8:7] == 2'h0;
+    isSame_5 <= comes & _differs_T[10:9] == 2'h0;
+    isSame_6 <= comes & _differs_T[12:11] == 2'h0;
+    isSame_7 <= comes & _differs_T[14:13] == 2'h0;
+    isSame_8 <= comes & _differs_T[16:15] == 2'h0;
+    isSame_9 <= comes & _differs_T[18:17] == 2'h0;
+    isSame_10 <= comes & ~(_differs_T[20]);
+    isSame_11 <= comes & _differs_T[22:21] == 2'h0;
+    isSame_12 <= comes & _differs_T[24:23] == 2'h0;
+    isSame_13 <= comes & _differs_T[26:25] == 2'h0;
+    isSame_14 <= comes & _differs_T[28:27] == 2'h0;
+    isSame_15 <= comes & _differs_T[30:29] == 2'h0;
     entry_bits_slot_REG <= passing_slot;
     entry_bits_place_REG <= passingAt;
-    entry_bits_sameAsNext_REG <= comes & {_isSame_T[30:20], _isSame_T[18:0]} == 30'h0;
-    if (first | isIn & passes) begin
-      held_key <= passing_key;
-      held_slot <= passing_slot;
+    if (first | isIn & entry_valid_REG) begin
+      held_key <= by_key;
+      held_slot <= by_slot;
     end
     else if (isAsked) begin
       held_key <= key;
       held_slot <= append_bits;
     end
+    by_key <= passing_key;
+    by_slot <= passing_slot;
+    isLess <= held_key < passing_key;
   end // always @(posedge)
   assign entry_valid = entry_valid_REG;
   assign entry_bits_slot = entry_bits_slot_REG;
   assign entry_bits_place = entry_bits_place_REG;
-  assign entry_bits_sameAsNext = entry_bits_sameAsNext_REG;
+  assign entry_bits_sameAsNext =
+    isSame_0 & isSame_1 & isSame_2 & isSame_3 & isSame_4 & isSame_5 & isSame_6 & isSame_7 & isSame_8 & isSame_9
+    & isSame_10 & isSame_11 & isSame_12 & isSame_13 & isSame_14 & isSame_15;
   assign coming = ram_readData[3:0];
   assign next_valid = passes;
   assign next_bits = passing_slot;
@@ -5950,9 +6048,9 @@ module SlotList(
   assign read_valid = _read_valid_output;
   assign read_bits = append_bits;
   assign looked = ram_readData[35:4];
-  assign ram_write = isIn ? isKept : passes | isLast;
+  assign ram_write = isIn ? isKept : entry_valid_REG | isLast;
   assign ram_writeAddress = {1'h0, ~bank, isIn | ~isKept ? to[3:0] : _behind_T[3:0]};
-  assign ram_writeData = {_ram_writeData_T_1 ? held_key : passing_key, _ram_writeData_T_1 ? held_slot : passing_slot};
+  assign ram_writeData = {_ram_writeData_T_1 ? held_key : by_key, _ram_writeData_T_1 ? held_slot : by_slot};
   assign ram_readAddress = {1'h0, reads ? {bank, at[3:0]} : {bank ^ ~walks, look}};
 endmodule
 
@@ -6076,6 +6174,7 @@ module OwnFrames(
   input  [15:0] setting_confirm,
   input  [7:0]  setting_retries,
   input         setting_oneShot,
+  input         onNext,
   input         restart,
   input         unit,
   input         tick,
@@ -6157,6 +6256,8 @@ module OwnFrames(
   reg  [15:0] aborted;
   wire        announces = state == 2'h1;
   reg  [4:0]  phase;
+  reg         isDeciding;
+  wire        _order_T = phase == 5'h15;
   wire        _walk_output = phase == 5'h1;
   wire        nearsFirst = phase == 5'h2;
   reg         isFirst;
@@ -6195,6 +6296,9 @@ module OwnFrames(
   reg         isOwn_0;
   reg         isOwn_1;
   reg         isSecond;
+  reg  [1:0]  due_kind;
+  reg  [13:0] due_sequence;
+  reg  [13:0] ahead;
   wire        asked1 = phase == 5'h17;
   wire [3:0]  asked_slot = asked1 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot;
   reg  [3:0]  it_slot;
@@ -6269,11 +6373,10 @@ module OwnFrames(
   reg         lifeWaits_1;
   wire        _keeps_output = wasWaiting & ~isDone;
   reg         ends_valid_REG;
-  wire        _ends_valid_output = ends_valid_REG & setting_on;
   reg  [3:0]  ends_bits_REG;
   reg         sent_REG;
   reg         counts_failed_REG;
-  wire        _records_io_write_T = entry_valid | isFirst;
+  reg         counts_repeated_REG;
   reg  [3:0]  stays_sequence;
   reg  [7:0]  stays_repeats;
   reg  [19:0] stays_left;
@@ -6289,20 +6392,17 @@ module OwnFrames(
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
-  wire        _holds_output = setting_on & phase > 5'h15 & phase < 5'h19;
-  wire [15:0] oneSlot = 16'h1 << (_ends_valid_output ? ends_bits_REG : it_slot);
+  wire [15:0] oneSlot = 16'h1 << (ends_valid_REG ? ends_bits_REG : it_slot);
   wire        _unitNow_T = unitSeen | unit;
-  wire [1:0]  due_kind = isSecond ? homes_1_kind : homes_0_kind;
-  wire [13:0] due_sequence = isSecond ? homes_1_sequence : homes_0_sequence;
   wire        isUsed = (isSecond ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
-  wire [13:0] _ahead_T = due_sequence - next;
   wire        isData = due_kind == 2'h0;
   wire        isLife = due_kind == 2'h1;
-  wire        isBehind = _ahead_T[13] & (&(_ahead_T[12:4]));
+  wire        isBehind = ahead[13] & (&(ahead[12:4]));
   wire [13:0] _GEN_5 = {7'h0, setting_life};
   wire        _GEN_6 =
-    isUsed & (isData ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_5);
+    isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_5);
   wire        _GEN_7 = _walk_output & _GEN_6;
+  wire        _records_io_write_T = entry_valid | isFirst;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
   wire        _GEN_8 = restart | ~setting_on;
@@ -6316,6 +6416,7 @@ module OwnFrames(
       begunMap <= 16'h0;
       aborted <= 16'h0;
       phase <= 5'h19;
+      isDeciding <= 1'h0;
       isFirst <= 1'h0;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
@@ -6344,6 +6445,7 @@ module OwnFrames(
       beganNew_0 <= 1'h0;
       beganNew_1 <= 1'h0;
       ends_valid_REG <= 1'h0;
+      counts_repeated_REG <= 1'h0;
       records_io_write_REG <= 1'h0;
     end
     else begin
@@ -6368,11 +6470,11 @@ module OwnFrames(
         if (nextIsNew)
           begunMap <= begunMap | oneSlot;
         else
-          begunMap <= ({16{~_ends_valid_output}} | ~oneSlot) & begunMap;
+          begunMap <= ({16{~ends_valid_REG}} | ~oneSlot) & begunMap;
       end
       else
         begunMap <= 16'h0;
-      aborted <= (aborted | abort & (begunMap | {16{_holds_output}})) & pending;
+      aborted <= (aborted | abort & (begunMap | {16{isDeciding}})) & pending;
       if (tick) begin
         phase <= 5'h1;
         unitNow <= _unitNow_T;
@@ -6383,6 +6485,7 @@ module OwnFrames(
       end
       else if (~(phase == 5'h19))
         phase <= phase + 5'h1;
+      isDeciding <= ~(tick | phase == 5'h18 | ~setting_on) & (_order_T & setting_on | isDeciding);
       isFirst <= nearsFirst;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -6413,7 +6516,8 @@ module OwnFrames(
       began_1 <= setting_on & (begins_1 | ~_look_T & began_1);
       beganNew_0 <= setting_on & (begins_0 ? nextIsNew : ~_look_T & beganNew_0);
       beganNew_1 <= setting_on & (begins_1 ? nextIsNew : ~_look_T & beganNew_1);
-      ends_valid_REG <= entry_valid & isDone;
+      ends_valid_REG <= entry_valid & isDone & onNext;
+      counts_repeated_REG <= _records_io_write_T & repeats;
       records_io_write_REG <= _records_io_write_T;
     end
   end // always @(posedge, posedge)
@@ -6421,6 +6525,7 @@ module OwnFrames(
   wire        _lifeWaits_1_T_8 = r3_copies_1 == 2'h1;
   wire        _lifeWaits_1_T_12 = r3_copies_0 == 2'h2;
   wire        _lifeWaits_1_T_13 = r3_copies_1 == 2'h2;
+  wire [13:0] nearlyDue_sequence = _walk_output ? homes_1_sequence : homes_0_sequence;
   wire        isItSoon_0 = nearsFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == nears_bits;
   wire        isItSoon_1 = nearsFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == nears_bits;
   wire        _isBegin_T = began_0 & isItSoon_0;
@@ -6446,6 +6551,9 @@ module OwnFrames(
       homes_1_sequence <= home_1_bits_sequence;
     end
     isSecond <= _walk_output;
+    due_kind <= _walk_output ? homes_1_kind : homes_0_kind;
+    due_sequence <= nearlyDue_sequence;
+    ahead <= nearlyDue_sequence - next;
     it_slot <= asked_slot;
     it_isNew <= asked1 ? _choice_next_1_bits_isNew : _choice_next_0_bits_isNew;
     it_sequence <= asked1 ? _choice_next_1_bits_sequence : _choice_next_0_bits_sequence;
@@ -6537,8 +6645,8 @@ module OwnFrames(
     .next_1_bits_sequence         (_choice_next_1_bits_sequence)
   );
   assign begun = begunMap;
-  assign holds = _holds_output;
-  assign ends_valid = _ends_valid_output;
+  assign holds = isDeciding;
+  assign ends_valid = ends_valid_REG;
   assign ends_bits = ends_bits_REG;
   assign sent = sent_REG;
   assign walk = _walk_output;
@@ -6546,7 +6654,7 @@ module OwnFrames(
   assign look = _look_T ? _choice_next_0_bits_place : _choice_next_1_bits_place;
   assign offer_0 = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T_1[0]);
   assign offer_1 = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T_1[0]);
-  assign order = (phase == 5'h15 ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
+  assign order = (_order_T ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
   assign leaves_0_isLife = leavesReg_0_isLife;
   assign leaves_0_slot = leavesReg_0_slot;
   assign leaves_0_sequence = leavesReg_0_sequence;
@@ -6555,9 +6663,9 @@ module OwnFrames(
   assign leaves_1_sequence = leavesReg_1_sequence;
   assign conflict = inConflict;
   assign counts_sent = nextIsNew;
-  assign counts_confirmed = _ends_valid_output & sent_REG;
-  assign counts_failed = _ends_valid_output & ~sent_REG & ~counts_failed_REG;
-  assign counts_repeated = _records_io_write_T & repeats;
+  assign counts_confirmed = ends_valid_REG & sent_REG;
+  assign counts_failed = ends_valid_REG & ~sent_REG & ~counts_failed_REG;
+  assign counts_repeated = counts_repeated_REG;
 endmodule
 
 module OwnBytes(
@@ -6583,14 +6691,15 @@ module OwnBytes(
   input  [31:0] data
 );
 
-  reg  [2:0]  steps;
+  reg  [3:0]  steps;
   reg         port;
   reg  [4:0]  at;
-  wire        idle = steps == 3'h0;
+  wire        idle = steps == 4'h0;
   wire        of_isLife = port ? leaves_1_isLife : leaves_0_isLife;
   wire [2:0]  _behind_T = at[2:0] - 3'h1;
   wire        isData = at > 5'h8;
   wire        isDlc = at == 5'h8;
+  reg  [7:0]  byte_0;
   reg  [7:0]  casez_tmp;
   always @(*) begin
     casez (isData ? _behind_T[1:0] : isDlc ? 2'h0 : ~(at[1:0]))
@@ -6604,42 +6713,43 @@ module OwnBytes(
         casez_tmp = data[31:24];
     endcase
   end // always @(*)
+  reg         isLong;
   reg  [7:0]  fetched_0_bits_REG;
   reg  [7:0]  fetched_1_bits_REG;
   always @(posedge clock or posedge reset) begin
     if (reset)
-      steps <= 3'h0;
+      steps <= 4'h0;
     else
-      steps <= {steps[1:0], idle & (fetch_0_valid | fetch_1_valid)};
+      steps <= {steps[2:0], idle & (fetch_0_valid | fetch_1_valid)};
   end // always @(posedge, posedge)
   wire [13:0] of_sequence = port ? leaves_1_sequence : leaves_0_sequence;
   wire [7:0]  shown =
     at == 5'h8
-      ? {4'h0, of_isLife ? 4'h0 : casez_tmp[3:0]}
+      ? {4'h0, of_isLife ? 4'h0 : byte_0[3:0]}
       : at == 5'h7 | at == 5'h6 | at == 5'h5 | at == 5'h4
           ? (of_isLife
                ? 8'h0
                : at[1:0] == 2'h2
-                   ? casez_tmp & {{5{data[31]}}, 3'h7}
-                   : at[1:0] == 2'h1
-                       ? casez_tmp & {8{data[31]}}
-                       : ({8{|(at[1:0])}} | (data[31] ? 8'hDF : 8'hC0)) & casez_tmp)
+                   ? byte_0 & {{5{isLong}}, 3'h7}
+                   : at[1:0] == 2'h1 ? byte_0 & {8{isLong}} : ({8{|(at[1:0])}} | (isLong ? 8'hDF : 8'hC0)) & byte_0)
           : at == 5'h2
               ? of_sequence[7:0]
               : at == 5'h1
                   ? {address[1:0], of_sequence[13:8]}
-                  : at == 5'h0 ? {1'h0, of_isLife, port, address[6:2]} : of_isLife ? 8'h0 : casez_tmp;
+                  : at == 5'h0 ? {1'h0, of_isLife, port, address[6:2]} : of_isLife ? 8'h0 : byte_0;
   always @(posedge clock) begin
     if (idle) begin
       port <= ~fetch_0_valid;
       at <= fetch_0_valid ? fetch_0_bits : fetch_1_bits;
     end
+    byte_0 <= casez_tmp;
+    isLong <= data[31];
     fetched_0_bits_REG <= shown;
     fetched_1_bits_REG <= shown;
   end // always @(posedge)
-  assign fetched_0_valid = steps[2] & ~port;
+  assign fetched_0_valid = steps[3] & ~port;
   assign fetched_0_bits = fetched_0_bits_REG;
-  assign fetched_1_valid = steps[2] & port;
+  assign fetched_1_valid = steps[3] & port;
   assign fetched_1_bits = fetched_1_bits_REG;
   assign load_valid = steps[0] & (|(at[4:2])) & ~of_isLife;
   assign load_bits = {port ? leaves_1_slot : leaves_0_slot, isData ? {1'h1, _behind_T[2]} : {1'h0, isDlc}};
@@ -6722,9 +6832,9 @@ module Receiving(
   reg  [2:0]  left;
   reg  [4:0]  index;
   reg         isUp;
-  reg  [3:0]  count;
+  reg  [4:0]  end_0;
   reg  [31:0] word;
-  wire        missing = isUp & index - 5'h9 >= {1'h0, count};
+  wire        missing = isUp & index >= end_0;
   wire        mine = (|left) & ~missing & ~(|_heads_T) & granted;
   reg         got;
   wire        skips = (|left) & missing & ~got;
@@ -6905,7 +7015,7 @@ module Receiving(
     if (_GEN_0 | _GEN_3 | _GEN_4 | _GEN_7 | _GEN_9 | _GEN_10 | ~_GEN_18) begin
     end
     else
-      count <= word[30] ? 4'h0 : dlc[3] ? 4'h8 : dlc;
+      end_0 <= {1'h0, word[30] ? 4'h0 : dlc[3] ? 4'h8 : dlc} + 5'h9;
     if (got | skips)
       word <= {got ? data : 8'h0, word[31:8]};
     if (_GEN_0 | _GEN_8 | ~(_GEN_7 & isRead)) begin
@@ -7064,11 +7174,14 @@ module Sources(
   reg  [6:0]  source;
   reg         isOld;
   reg         isAsk;
+  reg  [15:0] limit;
   reg  [15:0] silent_REG;
-  wire        silent = silent_REG > ((&(confirm[15:8])) ? 16'hFEFF : confirm);
-  wire [13:0] _above_T = frame_bits_sequence - names_newest;
+  wire        silent = silent_REG > limit;
+  reg         isAhead;
+  reg         isNear;
+  reg         isBelow;
   wire        _map_io_writeData_T = at == frame_bits_sequence[4:0];
-  wire        _done_output = step == 4'h7;
+  wire        _done_output = step == 4'h8;
   wire [31:0] _ram_io_writeData_T_4 =
     _done_output
       ? {2'h0, names_hasLife, names_life, names_hasSequence, names_newest}
@@ -7079,18 +7192,19 @@ module Sources(
   wire        _GEN = step == 4'h0;
   wire        _GEN_0 = step == 4'h1;
   wire        _GEN_1 = step == 4'h2;
-  wire        _GEN_2 = step == 4'h8;
+  wire        _GEN_2 = step == 4'h9;
   wire        _GEN_3 = step == 4'h3;
   wire        _GEN_4 = step == 4'h4;
   wire        _GEN_5 = step == 4'h5;
-  wire        _GEN_6 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
-  wire        _GEN_7 = (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & ~_map_readData;
-  wire        _GEN_8 = step == 4'h6;
+  wire        _GEN_6 = step == 4'h6;
+  wire        _GEN_7 = ~names_hasSequence | isAhead;
+  wire        _GEN_8 = isBelow & ~_map_readData;
   wire        _GEN_9 = step == 4'h7;
-  wire        _GEN_10 = step == 4'h9;
-  wire        _step_T_3 = silent | clears;
+  wire        _GEN_10 = step == 4'h8;
   wire        _GEN_11 = step == 4'hA;
-  wire        _GEN_12 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_9;
+  wire        _step_T_3 = silent | clears;
+  wire        _GEN_12 = step == 4'hB;
+  wire        _GEN_13 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_9 | _GEN_10;
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez (step)
@@ -7099,25 +7213,25 @@ module Sources(
       4'b0001:
         casez_tmp = 4'h2;
       4'b0010:
-        casez_tmp = isAsk ? 4'h8 : isOld ? 4'h9 : 4'h3;
+        casez_tmp = isAsk ? 4'h9 : isOld ? 4'hA : 4'h3;
       4'b0011:
-        casez_tmp = silent ? 4'h9 : 4'h4;
+        casez_tmp = silent ? 4'hA : 4'h4;
       4'b0100:
         casez_tmp = 4'h5;
       4'b0101:
-        casez_tmp = {3'h3, ~(_double_T_2 & (_GEN_6 | _GEN_7))};
+        casez_tmp = 4'h6;
       4'b0110:
-        casez_tmp = _map_io_writeData_T ? 4'h7 : step;
+        casez_tmp = _double_T_2 & (_GEN_7 | _GEN_8) ? 4'h7 : 4'h8;
       4'b0111:
-        casez_tmp = 4'h0;
+        casez_tmp = _map_io_writeData_T ? 4'h8 : step;
       4'b1000:
         casez_tmp = 4'h0;
       4'b1001:
-        casez_tmp = _step_T_3 | ~isOld ? 4'hA : 4'h0;
-      4'b1010:
         casez_tmp = 4'h0;
+      4'b1010:
+        casez_tmp = _step_T_3 | ~isOld ? 4'hB : 4'h0;
       4'b1011:
-        casez_tmp = step;
+        casez_tmp = 4'h0;
       4'b1100:
         casez_tmp = step;
       4'b1101:
@@ -7128,8 +7242,8 @@ module Sources(
         casez_tmp = step;
     endcase
   end // always @(*)
-  wire        _GEN_13 = unit | sweeps;
-  wire        _GEN_14 = _GEN_11 & isOld;
+  wire        _GEN_14 = unit | sweeps;
+  wire        _GEN_15 = _GEN_12 & isOld;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -7141,12 +7255,12 @@ module Sources(
     else begin
       if (on) begin
         step <= casez_tmp;
-        if (~_GEN_12) begin
-          if (_GEN_10) begin
+        if (~_GEN_13) begin
+          if (_GEN_11) begin
             if (isOld & ~silent & ~clears)
               swept <= swept + 7'h1;
           end
-          else if (_GEN_14)
+          else if (_GEN_15)
             swept <= swept + 7'h1;
         end
       end
@@ -7156,17 +7270,18 @@ module Sources(
       end
       if (unit)
         now <= now + 16'h1;
-      sweeps <= ~on | (_GEN_12 ? _GEN_13 : _GEN_10 ? ~isOld & _GEN_13 : _GEN_14 ? clears & ~(&swept) : _GEN_13);
+      sweeps <= ~on | (_GEN_13 ? _GEN_14 : _GEN_11 ? ~isOld & _GEN_14 : _GEN_15 ? clears & ~(&swept) : _GEN_14);
       clears <=
         ~on
-        | (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_9 | _GEN_10 | ~_GEN_14
+        | (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_9 | _GEN_10 | _GEN_11 | ~_GEN_15
            | ~(&swept)) & clears;
     end
   end // always @(posedge, posedge)
-  wire        _GEN_15 = frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
-  wire        _GEN_16 = _GEN_5 & _GEN_15;
-  wire        _GEN_17 = _double_T_2 & _GEN_6;
-  wire        _GEN_18 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  wire        _GEN_16 = frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
+  wire        _GEN_17 = _GEN_6 & _GEN_16;
+  wire [13:0] _above_T = frame_bits_sequence - names_newest;
+  wire        _GEN_18 = _double_T_2 & _GEN_7;
+  wire        _GEN_19 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
   always @(posedge clock) begin
     if (~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)) begin
       if (_GEN_4) begin
@@ -7176,36 +7291,46 @@ module Sources(
         names_newest <= _ram_readData[13:0];
       end
       else begin
-        names_hasLife <= _GEN_16 | names_hasLife;
-        if (_GEN_16)
+        names_hasLife <= ~_GEN_5 & _GEN_17 | names_hasLife;
+        if (_GEN_5 | ~_GEN_17) begin
+        end
+        else
           names_life <= frame_bits_sequence;
-        if (_GEN_5)
-          names_hasSequence <= _double_T_2 | ~_GEN_15 & names_hasSequence;
-        if (_GEN_5 & _GEN_17)
+        if (_GEN_5 | ~_GEN_6) begin
+        end
+        else
+          names_hasSequence <= _double_T_2 | ~_GEN_16 & names_hasSequence;
+        if (_GEN_5 | ~(_GEN_6 & _GEN_18)) begin
+        end
+        else
           names_newest <= frame_bits_sequence;
       end
     end
-    if (~_GEN_18) begin
-      if (_GEN_5)
+    if (~_GEN_19) begin
+      if (_GEN_6)
         at <=
-          _GEN_17
-            ? (names_hasSequence & _above_T[13:5] == 9'h0 ? names_newest[4:0] : frame_bits_sequence[4:0]) + 5'h1
+          _GEN_18
+            ? (names_hasSequence & isNear ? names_newest[4:0] : frame_bits_sequence[4:0]) + 5'h1
             : frame_bits_sequence[4:0];
-      else if (_GEN_8)
+      else if (_GEN_9)
         at <= at + 5'h1;
     end
-    if (_GEN_18 | ~_GEN_5) begin
+    if (_GEN_19 | ~_GEN_6) begin
     end
     else
-      isNew <= _double_T_2 & (_GEN_6 | _GEN_7);
+      isNew <= _double_T_2 & (_GEN_7 | _GEN_8);
     if (_GEN) begin
       source <= frame_valid ? frame_bits_source : asks_valid ? asks_bits : swept;
       isOld <= ~frame_valid;
       isAsk <= ~frame_valid & asks_valid;
     end
+    limit <= (&(confirm[15:8])) ? 16'hFEFF : confirm;
     silent_REG <= now - _ram_readData[15:0];
+    isAhead <= (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
+    isNear <= _above_T[13:5] == 9'h0;
+    isBelow <= _above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]));
   end // always @(posedge)
-  assign _map_write = step == 4'h6;
+  assign _map_write = step == 4'h7;
   assign _map_writeAddress = {frame_bits_source, at};
   assign _map_readAddress = {frame_bits_source, frame_bits_sequence[4:0]};
   DualPortRam #(
@@ -7222,10 +7347,10 @@ module Sources(
   );
   assign _ram_write =
     ~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)
-    & (_GEN_3 ? ~silent : ~(_GEN_4 | _GEN_5 | _GEN_8) & (_GEN_9 | (_GEN_10 ? _step_T_3 | ~isOld : _GEN_11)));
-  assign _ram_writeAddress = {source, step == 4'h3 | step == 4'h9};
+    & (_GEN_3 ? ~silent : ~(_GEN_4 | _GEN_5 | _GEN_6 | _GEN_9) & (_GEN_10 | (_GEN_11 ? _step_T_3 | ~isOld : _GEN_12)));
+  assign _ram_writeAddress = {source, step == 4'h3 | step == 4'hA};
   assign _ram_writeData =
-    _GEN_12 ? _ram_io_writeData_T_4 : _GEN_10 ? {16'h0, now} : _GEN_11 ? 32'h0 : _ram_io_writeData_T_4;
+    _GEN_13 ? _ram_io_writeData_T_4 : _GEN_11 ? {16'h0, now} : _GEN_12 ? 32'h0 : _ram_io_writeData_T_4;
   assign _ram_readAddress = {source, step != 4'h3};
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -7242,7 +7367,7 @@ module Sources(
   assign done = _done_output;
   assign takes = _done_output & isNew;
   assign double = _done_output & ~isNew & _double_T_2;
-  assign told_valid = step == 4'h8;
+  assign told_valid = step == 4'h9;
   assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
 endmodule
 
@@ -7263,6 +7388,8 @@ module RelayHost(
   output [7:0]  setting_retries,
   output        setting_oneShot,
   input         oneShot,
+  output        onNext,
+  output        switches,
   output [7:0]  bitCycles,
   output        restart,
   input         conflict,
@@ -7289,6 +7416,9 @@ module RelayHost(
   reg  [7:0]  high;
   reg  [7:0]  retries;
   reg  [6:0]  life;
+  wire        isControl = _clears_T & host_addr[15:2] == 14'h4 & host_be[1];
+  wire        _onNext_output = isControl ? host_wdata[8] : relay;
+  reg         switches_REG;
   reg         event_0;
   reg         mask;
   reg         event_REG;
@@ -7305,6 +7435,7 @@ module RelayHost(
       high <= 8'h3;
       retries <= 8'hF;
       life <= 7'h0;
+      switches_REG <= 1'h0;
       event_0 <= 1'h0;
       mask <= 1'h0;
       event_REG <= 1'h0;
@@ -7324,6 +7455,7 @@ module RelayHost(
         retries <= host_wdata[7:0];
       if (_clears_T & host_addr[15:2] == 14'h6 & host_be[2])
         life <= host_wdata[22:16];
+      switches_REG <= _onNext_output != relay;
       event_0 <=
         event_0 & ~(_clears_T & host_addr[15:2] == 14'h10 & host_be[0] & host_wdata[7]) | conflict & ~event_REG;
       if (_clears_T & host_addr[15:2] == 14'h10 & host_be[2])
@@ -7350,8 +7482,10 @@ module RelayHost(
   assign setting_confirm = {high, low};
   assign setting_retries = retries;
   assign setting_oneShot = oneShot;
+  assign onNext = _onNext_output;
+  assign switches = switches_REG;
   assign bitCycles = bit_0 < 8'h19 ? 8'h19 : bit_0 > 8'hFA ? 8'hFA : bit_0;
-  assign restart = _clears_T & host_addr[15:2] == 14'h4 & host_be[1] & host_wdata[12];
+  assign restart = isControl & host_wdata[12];
   assign irq = event_0 & mask;
   assign asks_valid = _asks_valid_output;
   assign asks_bits = {host_addr[7:2], isSecond};
@@ -7459,6 +7593,7 @@ module RelayMode(
   wire [15:0] _own_setting_confirm;
   wire [7:0]  _own_setting_retries;
   wire        _own_setting_oneShot;
+  wire        _own_onNext;
   wire        _own_restart;
   wire        _own_home_0_valid;
   wire [1:0]  _own_home_0_bits_kind;
@@ -7523,7 +7658,6 @@ module RelayMode(
   reg  [5:0]  units;
   reg         unit;
   reg  [15:0] tickTime;
-  reg         port_slots_drops_REG;
   reg         stamps_0;
   reg         stamps_1;
   reg         REG;
@@ -7536,7 +7670,6 @@ module RelayMode(
       tens <= 4'h0;
       units <= 6'h0;
       unit <= 1'h0;
-      port_slots_drops_REG <= 1'h0;
       stamps_0 <= 1'h0;
       stamps_1 <= 1'h0;
       REG <= 1'h0;
@@ -7552,7 +7685,6 @@ module RelayMode(
       if (unit)
         units <= units + 6'h1;
       unit <= isTen;
-      port_slots_drops_REG <= _front_setting_on;
       if (REG)
         stamps_0 <= ~_own_leaves_0_isLife;
       else
@@ -7665,6 +7797,7 @@ module RelayMode(
     .setting_confirm       (_own_setting_confirm),
     .setting_retries       (_own_setting_retries),
     .setting_oneShot       (_own_setting_oneShot),
+    .onNext                (_own_onNext),
     .restart               (_own_restart),
     .unit                  (unit),
     .tick                  (_passing_tick),
@@ -7826,6 +7959,8 @@ module RelayMode(
     .setting_retries (_own_setting_retries),
     .setting_oneShot (_own_setting_oneShot),
     .oneShot         (port_oneShot),
+    .onNext          (_own_onNext),
+    .switches        (port_slots_drops),
     .bitCycles       (_passing_bitCycles),
     .restart         (_own_restart),
     .conflict        (_own_conflict),
@@ -7837,7 +7972,6 @@ module RelayMode(
     .told_bits       (_sources_told_bits)
   );
   assign port_on = _front_setting_on;
-  assign port_slots_drops = _front_setting_on != port_slots_drops_REG;
   assign port_stamp_valid = |_port_stamp_valid_T;
   assign port_stamp_bits = stamps_0 ? _own_leaves_0_slot : _own_leaves_1_slot;
   assign port_time = tickTime;
@@ -7935,14 +8069,20 @@ module TimeQuanta(
 );
 
   reg  [10:0] cycle;
-  wire        ends = cycle == prescaler;
+  reg         ends;
+  wire [10:0] _next_T = cycle + 11'h1;
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       cycle <= 11'h0;
-    else if (ends)
-      cycle <= 11'h0;
-    else
-      cycle <= cycle + 11'h1;
+      ends <= 1'h0;
+    end
+    else begin
+      if (ends)
+        cycle <= 11'h0;
+      else
+        cycle <= _next_T;
+      ends <= (ends ? 11'h0 : _next_T) == prescaler;
+    end
   end // always @(posedge, posedge)
   assign quantum = ends & possible;
 endmodule

@@ -30,6 +30,10 @@ object RingPage {
   /** Frames of 8 bytes a second that a ring in relay mode carries at 2 Mbit/s (section 14). */
   val FullLoad = 8400
 
+  /** Core cycles of the shortest bit of a link, by the core clock. */
+  private val leastAt50  = LinkTiming.least(50)
+  private val leastAt100 = LinkTiming.least(100)
+
   private def at(address: Int): String = f"`0x$address%04X`"
 
   /** The address of a field, with its bits. */
@@ -169,8 +173,8 @@ object RingPage {
       error](ring-modem.svg)"""),
     Seq("## How long, how fast: relay mode", ""),
     paragraph(
-      s"""A link has 400 kbit/s to 2 Mbit/s, the same everywhere: ${LinkTiming.Least} to ${LinkTiming.Most}
-      core cycles a bit. Each node delays a frame by up to 60 bits (FR-46), each kilometre by
+      s"""A link has 400 kbit/s to 2 Mbit/s, the same everywhere: $leastAt50 core cycles a bit ($leastAt100 at
+      100 MHz) to ${LinkTiming.Most}. Each node delays a frame by up to 60 bits (FR-46), each kilometre by
       ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be longer than the way round
       a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s do for 50 nodes and
       100 km. The clocks of all nodes lie within 1,000 ppm of one another (RB-07)."""

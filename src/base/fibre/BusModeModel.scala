@@ -9,6 +9,7 @@ class BusModeModel {
   private var was2      = false // port 2 has been up
   private var guard     = false
   private var forced    = 0
+  private var toForce   = 0     // from the next cycle on
   private var r1        = true
   private var r2        = true
   private val clock     = new BitClockModel
@@ -30,8 +31,8 @@ class BusModeModel {
   def isCut: Boolean              = cut.isStuck
   def isStuck(port: Int): Boolean = (if (port == 0) stuck1 else stuck2).isStuck
 
-  /** The host forces a mode; 0: none. */
-  def force(mode: Int): Unit = forced = mode
+  /** The host forces a mode, from the cycle behind the next one on; 0: none. */
+  def force(mode: Int): Unit = toForce = mode
 
   /** T, see [[FibreUnderTest.setBit]]. */
   def setBit(quanta: Int, prescaler: Int): Unit = clock.set(quanta, prescaler)
@@ -106,6 +107,7 @@ class BusModeModel {
     r1 = port1.level || !now1
     r2 = port2.level || !now2
     was2 ||= now2
+    forced = toForce
     up1 = now1
     up2 = now2
   }

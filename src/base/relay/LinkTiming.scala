@@ -25,6 +25,9 @@ final case class LinkTiming(cycles: Int) {
 object LinkTiming {
   val Least = 25
   val Most  = 250
+
+  /** Core cycles of a bit at 2 Mbit/s, the shortest one (RB-26). */
+  def least(coreClockMhz: Int): Int = Least max coreClockMhz / 2
 }
 
 /** A link receiver behind its bit timing, core cycle by core cycle. */

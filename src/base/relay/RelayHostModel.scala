@@ -35,7 +35,8 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
   settings()
 
   /** Core cycles of a link bit. */
-  def linkBit: Int = memory.value("ring_link_bit").toInt max LinkTiming.Least min LinkTiming.Most // RB-26
+  def linkBit: Int = // RB-26
+    memory.value("ring_link_bit").toInt max LinkTiming.least(p.coreClockMhz) min LinkTiming.Most
 
   private def TimeStamp = 6
 

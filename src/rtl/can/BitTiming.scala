@@ -49,6 +49,7 @@ class BitTiming extends Module {
 
   // Reset: stopped, as by `run`.
   private val cycle    = RegInit(0.U(11.W)) // of the quantum
+  private val tick     = RegInit(false.B)   // its last one
   private val quantum  = RegInit(0.U(7.W))  // in front of the sample point: its number
   private val distance = RegInit(0.U(5.W))  // behind it: quanta to the next bit, 1 for the last one
   private val behind   = RegInit(false.B)   // the sample point of this bit
@@ -62,8 +63,9 @@ class BitTiming extends Module {
   private val before       = RegInit(true.B)  // the level in the quantum before, and in that before
   private val twoBefore    = RegInit(true.B)
 
-  private val tick = cycle === setting.prescaler
-  cycle := Mux(tick, 0.U, cycle + 1.U)
+  private val nextCycle = Mux(tick || !run, 0.U, cycle + 1.U)
+  cycle := nextCycle
+  tick  := nextCycle === setting.prescaler
 
   // The phase error is `quantum` in front of the sample point, and minus `distance` behind it.
   private val edge    = tick && before && !heard && lastSample && !synchronised
@@ -102,7 +104,6 @@ class BitTiming extends Module {
     }
   }
   when(!run) {
-    cycle        := 0.U
     quantum      := 0.U
     behind       := false.B
     synchronised := false.B
@@ -117,10 +118,14 @@ class BitTiming extends Module {
 
 object BitTiming {
 
-  /** The setting cannot be kept (CAN-01, CB-04, CB-15). */
-  def isImpossible(setting: TimingSetting, threeSamples: Bool): Bool =
-    setting.tseg1 +& setting.tseg2 < 5.U || setting.sjw > setting.tseg2 ||
-      (threeSamples && setting.tseg1 === 0.U) ||
+  /** The setting cannot be kept (CAN-01, CB-04, CB-15): one that was changed counts a cycle later, long
+    * before `run` can come, but `threeSamples` may come with it.
+    */
+  def isImpossible(setting: TimingSetting, threeSamples: Bool): Bool = {
+    val never = setting.tseg1 +& setting.tseg2 < 5.U || setting.sjw > setting.tseg2 ||
       (setting.prescaler === 0.U && setting.tseg1 < 2.U) ||
       (setting.prescaler === 1.U && setting.tseg1 === 0.U)
+    val wasNever = RegNext(never, true.B) // reset: as the registers, which are 0
+    wasNever || (threeSamples && RegNext(setting.tseg1 === 0.U, true.B))
+  }
 }

@@ -144,7 +144,7 @@ class CanPort(
   private val runs       = control.run && !impossible && !relay.fold(false.B)(_.on)
   bit.valid          := !impossible
   bit.bits.prescaler := front.timing.prescaler
-  bit.bits.quanta    := front.timing.tseg1 +& front.timing.tseg2 + 3.U
+  bit.bits.quanta    := RegNext(front.timing.tseg1 +& front.timing.tseg2 + 3.U) // no reset: nothing is valid
 
   // What the host writes in a cycle counts for the bus from the next one on. Reset: as the registers.
   private val mode       = RegNext(control, 0.U.asTypeOf(control))
@@ -191,7 +191,6 @@ class CanPort(
   shift.bits        := engine.bits
   shift.begins      := RegNext(happens.takes, false.B) // reset: no frame
   shift.data        := memory.data
-  shift.order       := CanOrder(memory.data)
   memory.load.valid := relayed(shift.load.valid)(_.load.valid)
   memory.load.bits  := relayed(states.current ## shift.load.bits)(_.load.bits)
 

@@ -20,12 +20,9 @@ class FrameShift extends Module {
   val ownAhead = IO(Output(Bool()))
   val ownDlc   = IO(Output(Valid(UInt(4.W))))
 
-  /** Reads a word of the slot that is being sent; `data` has it in the next cycle, always. The first one as
-    * [[CanOrder]] has it.
-    */
-  val load  = IO(Output(Valid(UInt(2.W))))
-  val data  = IO(Input(UInt(32.W)))
-  val order = IO(Input(UInt(32.W)))
+  /** Reads a word of the slot that is being sent; `data` has it in the next cycle, always. */
+  val load = IO(Output(Valid(UInt(2.W))))
+  val data = IO(Input(UInt(32.W)))
 
   /** A word of the frame heard. The third and fourth come as 0 first, in case that there are none. */
   val store = IO(Output(Valid(UInt(2.W))))
@@ -74,10 +71,14 @@ class FrameShift extends Module {
     stores   := bits.byte(1, 0).andR
     second   := bits.byte(2)
   }
+  // An identifier word is brought into its order in the last cycle before the first shift may come (CB-15):
+  // the way from the memory has no time for it.
+  private val arranges = RegNext(loaded && loadedWord === 0.U, false.B) // reset: no frame
+  when(arranges) { register := CanOrder(register) }
   when(bits.shifts || aligning =/= 0.U) { register := register(30, 0) ## (bits.bit && bits.shifts) }
   when(loaded) {
     switch(loadedWord) {
-      is(0.U) { register := order }
+      is(0.U) { register := data }
       is(2.U) { register := bytesSwapped(data) }
       is(3.U) {
         ahead := data(7)

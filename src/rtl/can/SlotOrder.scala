@@ -81,9 +81,9 @@ class SlotOrder(p: CanParams) extends Module {
 
   appended         := append.valid && !walks && !changed
   ram.readAddress  := bank ## at(slotBits - 1, 0)
-  ram.write        := appended || keeps
-  ram.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
-  ram.writeData    := Mux(appended, append.bits, slot)
+  ram.write        := Mux(walks, keeps, append.valid) // behind the list, if it is not to be appended yet
+  ram.writeAddress := Mux(walks, !bank ## to(slotBits - 1, 0), bank ## count(slotBits - 1, 0))
+  ram.writeData    := Mux(walks, slot, append.bits)
   when(appended) { count := count + 1.U }
   when(keeps) { to := to + 1.U }
   when(compares && (!found || thisKey < bestKey)) {

@@ -75,14 +75,13 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   // counts up to that cycle.
   private val abortsIt = (aborts && !takes.valid) || Mux(takes.valid, abort(takes.bits), abort(last))
   private val drops    = relay.fold(false.B)(_.drops)
-  private val over     = isOnIt && ends && (sent || oneShot || abortsIt)
   when(takes.valid) { last := takes.bits }
   onWire := isOnIt && !ends && !drops
   aborts := isOnIt && !ends && abortsIt
 
   // What is given up is told a cycle later from what was begun meanwhile. Reset: nothing leaves.
   private val leaves  = RegNext(abort | evict.fold(0.U)(_ << bridgeSlots.start), 0.U(p.slots.W))
-  private val isOver  = RegNext(over && !drops, false.B)
+  private val isOver  = RegNext(isOnIt && ends && !drops, false.B) && RegNext(sent || oneShot || abortsIt)
   private val isSent  = RegNext(sent)
   private val ofRelay = relay.fold(false.B)(_.ends.valid)
   private val one     = UIntToOH(relay.fold(last)(r => Mux(ofRelay, r.ends.bits, last)), p.slots)

@@ -63,8 +63,10 @@ class BusMode extends Module {
   watch(stuckOwn, drive, ticks.eight)
 
   // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.
+  // Decided a cycle before, as the way of a level through the node has no time for it. Reset: 1.
   private val isForced = forced =/= 0.U
-  private val isTwo    = Mux(isForced, forced === 2.U, Mux(isUp(0) === isUp(1), ringGuard.guard, isUp(0)))
+  private val autoTwo  = RegNext(Mux(up(0) === up(1), ringGuard.next, up(0)), false.B)
+  private val isTwo    = Mux(isForced, forced === 2.U, autoTwo)
   private val isThree  = Mux(isForced, forced === 3.U, !isUp(0) && isUp(1))
   private val isOne    = !isTwo && !isThree
 

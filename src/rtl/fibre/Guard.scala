@@ -20,7 +20,9 @@ class Guard extends Module {
 
   val ticks = IO(Input(new BitTicks))
 
+  /** In this cycle, and in the next one. */
   val guard = IO(Output(Bool()))
+  val next  = IO(Output(Bool()))
 
   /** It closes the ring; it finds a latch: one cycle each. */
   val closes = IO(Output(Bool()))
@@ -41,10 +43,10 @@ class Guard extends Module {
   hold.eighth := ticks.eighth
 
   // T: from -41 on of dominance in mode 1, and from -1 on while a guard waits.
-  private val span   = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
-  private val counts = isWaiting || (inMode1 && !bus)
-  private val wanted = Mux(isGuard, address(2, 0), address)
-  private val isOver = !span(8) && span(7, 1) >= wanted
+  private val span                 = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
+  private val counts               = isWaiting || (inMode1 && !bus)
+  private def passes(wanted: UInt) = !span(8) && span(7, 1) >= wanted
+  private val isOver               = Mux(isGuard, passes(address(2, 0)), passes(address))
 
   closes := automatic && isWaiting && !hold.over && (home || isOver)
   latch  := automatic && inMode1 && isOver
@@ -52,7 +54,8 @@ class Guard extends Module {
     .elsewhen(ticks.bit) { span := ShortCounter.up(span) }
 
   private val atHome = home || (!up(1) && wasUp2)
-  isGuard   := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
+  next      := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
+  isGuard   := next
   isWaiting := automatic && isGuard && !closes && (isWaiting ^ hold.over)
 
   guard := isGuard

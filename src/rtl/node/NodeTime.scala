@@ -39,7 +39,9 @@ class TimeQuanta extends Module {
 
   // Reset: a quantum begins. Behind a change of the prescaler one may be too long, which counts once.
   private val cycle = RegInit(0.U(11.W))
-  private val ends  = cycle === prescaler
-  cycle   := Mux(ends, 0.U, cycle + 1.U)
+  private val ends  = RegInit(false.B)
+  private val next  = Mux(ends, 0.U, cycle + 1.U)
+  cycle   := next
+  ends    := next === prescaler
   quantum := ends && possible
 }

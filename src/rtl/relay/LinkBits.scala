@@ -8,19 +8,24 @@ class LinkSetting extends Bundle {
   val last   = UInt(8.W) // of the cycles of a bit
   val sample = UInt(8.W) // from the edge at the start of a bit
   val jump   = UInt(6.W) // greatest change by a resynchronisation
+  val fewer  = UInt(6.W) // one less
   val late   = UInt(8.W) // an edge from here on is at most so much in front of the next bit
+  val beside = UInt(8.W) // the cycle before that
 }
 
 object LinkSetting {
 
-  /** What follows from the length of a bit, 25 to 250, a cycle later. */
+  /** What follows from the length of a bit, 25 to 250, a cycle later; what is not needed in front of its
+    * fourth cycle two cycles later.
+    */
   def of(bit: UInt): LinkSetting = {
-    val jump    = (((bit << 1) +& bit) >> 4)(5, 0)
     val setting = Wire(new LinkSetting)
     setting.last   := RegNext(bit - 1.U)
     setting.sample := RegNext((((bit << 5) +& (bit << 3) +& bit) >> 6)(7, 0))
-    setting.jump   := RegNext(jump)
-    setting.late   := RegNext(bit - jump)
+    setting.jump   := RegNext((((bit << 1) +& bit) >> 4)(5, 0))
+    setting.fewer  := RegNext(setting.jump - 1.U)
+    setting.beside := RegNext(setting.last - setting.jump)
+    setting.late   := RegNext(setting.last - setting.jump + 1.U)
     setting
   }
 }
@@ -49,18 +54,18 @@ class LinkBits extends Module {
 
   private val isFree = restart || (beforeReg && lastReg && !synchronisedReg)
   private val edge   = isFree && !heard
-  // By the greatest change on, or back.
-  private val jump    = setting.jump.pad(8)
-  private val jumped  = ((cycle ## true.B) + (Mux(behind, jump, ~jump) ## !behind))(8, 1)
+  // The next cycle, by the greatest change on, or back; which comes to the end of the bit only if on.
+  private val jumped =
+    ((cycle ## true.B) + (Mux(behind, setting.jump.pad(8), ~setting.fewer.pad(8)) ## true.B))(8, 1)
   private val isNear  = Mux(behind, cycle >= setting.late, cycle <= setting.jump)
   private val isStart = restart || (edge && (hard || isNear))
-  private val isLast  = !isStart && Mux(edge, jumped, cycle) === setting.last
+  private val isLast  = !isStart && Mux(edge, behind && cycle === setting.beside, cycle === setting.last)
   private val samples = !edge && !restart && !behind && cycle === setting.sample
 
   sample.valid := samples
   sample.bits  := heard
 
-  cycle           := Mux(isLast, 0.U, Mux(isStart, 0.U, Mux(edge, jumped, cycle)) + 1.U)
+  cycle           := Mux(isLast, 0.U, Mux(isStart, 1.U, Mux(edge, jumped, cycle + 1.U)))
   behind          := (behind || samples) && !isLast && !isStart
   beforeReg       := heard
   synchronisedReg := !samples && (edge || (synchronisedReg && !restart))

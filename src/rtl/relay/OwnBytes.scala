@@ -18,12 +18,13 @@ class OwnBytes(slotBits: Int) extends Module {
   val load = IO(Output(Valid(UInt((slotBits + 2).W))))
   val data = IO(Input(UInt(32.W)))
 
-  // One byte at a time, in three steps: the word is read; it is there; the byte is. Reset: none is asked for.
-  private val steps = RegInit(0.U(3.W))
+  // One byte at a time, in four steps: the word is read; it is there; its byte is at hand; so is what is sent
+  // of it. Reset: none is asked for.
+  private val steps = RegInit(0.U(4.W))
   private val port  = Reg(UInt(1.W))
   private val at    = Reg(UInt(5.W))
   private val idle  = steps === 0.U
-  steps := steps(1, 0) ## (idle && (fetch(0).valid || fetch(1).valid))
+  steps := steps(2, 0) ## (idle && (fetch(0).valid || fetch(1).valid))
   when(idle) {
     port := !fetch(0).valid
     at   := Mux(fetch(0).valid, fetch(0).bits, fetch(1).bits)
@@ -37,8 +38,8 @@ class OwnBytes(slotBits: Int) extends Module {
   load.bits  := of.slot ## Mux(isData, 1.U(1.W) ## behind(2), isDlc)
 
   private val lane   = Mux(isData, behind(1, 0), Mux(isDlc, 0.U, ~at(1, 0)))
-  private val byte   = Lanes.bytes(data, 4)(lane)
-  private val isLong = data(31)
+  private val byte   = RegNext(Lanes.bytes(data, 4)(lane))
+  private val isLong = RegNext(data(31))
   private val kind   = 0.U(1.W) ## of.isLife
   private val words  = Cat(kind, port, address, of.sequence)
   private val identifier = MuxLookup(at(1, 0), byte)(
@@ -54,7 +55,7 @@ class OwnBytes(slotBits: Int) extends Module {
       ((FirstData - 1).U -> Mux(of.isLife, 0.U, byte(3, 0)))
   )
   for (p <- 0 to 1) {
-    fetched(p).valid := steps(2) && port === p.U
+    fetched(p).valid := steps(3) && port === p.U
     fetched(p).bits  := RegNext(shown)
   }
   private def FirstData = 9

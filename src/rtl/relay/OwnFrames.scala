@@ -43,13 +43,19 @@ class OwnCounts extends Bundle {
   *
   * All that has happened within a bit is done by one walk through the list of slots behind its end; at the
   * end of the walk it is known what is next at each port.
+  *
+  * @param schedule
+  *   that of [[PassingOn]]
   */
-class OwnFrames(p: CanParams) extends Module {
+class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   import OwnFrames._
+  import schedule.{decisions => Decides, rest => Rest}
   import OwnRecord._
   private val slotBits = log2Ceil(p.slots)
+  private val Looks    = Decides.map(_ - 2) // the walk is over: keys are looked up
 
   val setting = IO(Input(new OwnSetting))
+  val onNext  = IO(Input(Bool())) // relay mode is on in the next cycle
 
   /** The node starts anew (RB-13). */
   val restart = IO(Input(Bool()))
@@ -115,6 +121,9 @@ class OwnFrames(p: CanParams) extends Module {
   private val phase = RegInit(Rest.U(5.W)) // cycles since `tick`; reset: nothing is to be done
   when(phase =/= Rest.U) { phase := phase + 1.U }
   when(tick) { phase := 1.U }
+  private val isDeciding = RegInit(false.B) // from the first decision on; reset: no
+  when(phase === (Decides(0) - 1).U && setting.on) { isDeciding := true.B }
+  when(tick || phase === (Rest - 1).U || !setting.on) { isDeciding := false.B }
   walk := phase === Walk.U
   private val nearsFirst = phase === (Walk + 1).U // the start of a life, in front of the list
   private val isFirst    = RegNext(nearsFirst, false.B)
@@ -158,10 +167,12 @@ class OwnFrames(p: CanParams) extends Module {
   }
 
   // One behind the other.
-  private val isSecond = RegNext(phase === Judges(0).U)
-  private val due      = Mux(isSecond, homes(1), homes(0))
-  private val isUsed   = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
-  private val ahead    = due.sequence - next // below it by 1 to 16: on its way
+  private val isSecond  = RegNext(phase === Judges(0).U)
+  private val nearlyDue = Mux(phase === Judges(0).U, homes(1), homes(0))
+  private val due       = RegNext(nearlyDue)
+  private val isUsed    = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
+  // Below `next` by 1 to 16: on its way.
+  private val ahead    = RegNext(nearlyDue.sequence - next)
   private val isData   = due.kind === LinkKind.Data.U
   private val isLife   = due.kind === LinkKind.Start.U
   private val isBehind = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
@@ -276,12 +287,12 @@ class OwnFrames(p: CanParams) extends Module {
 
   private val isSlot = entry.valid
   keeps            := wasWaiting && !isDone
-  ends.valid       := RegNext(isSlot && isDone, false.B) && setting.on
+  ends.valid       := RegNext(isSlot && isDone && onNext, false.B)
   ends.bits        := RegNext(listed)
   sent             := RegNext(well)
   counts.confirmed := ends.valid && sent
   counts.failed    := ends.valid && !sent && !RegNext(isGivenUp)
-  counts.repeated  := (isSlot || isFirst) && repeats
+  counts.repeated  := RegNext((isSlot || isFirst) && repeats, false.B) // reset: none is
 
   // It is written a cycle later. Reset: nothing is.
   private val stays    = RegNext(r3)
@@ -343,7 +354,7 @@ class OwnFrames(p: CanParams) extends Module {
   when(nextIsNew) { begunMap := begunMap | oneSlot }
 
   begun    := begunMap
-  holds    := setting.on && phase >= Decides(0).U && phase < Rest.U
+  holds    := isDeciding
   conflict := inConflict
   when(restart || !setting.on) {
     state      := State.listens
@@ -363,12 +374,9 @@ class OwnFrames(p: CanParams) extends Module {
 
 object OwnFrames {
 
-  // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
-  private val Judges  = Seq(1, 2) // copies that came home
-  private val Walk    = 1
-  private val Looks   = PassingOn.Decisions.map(_ - 2)
-  private val Decides = PassingOn.Decisions
-  private val Rest    = PassingOn.Rest
+  // Cycles behind the end of a bit: copies that came home; ports have changed, so the walk begins.
+  private val Judges = Seq(1, 2)
+  private val Walk   = 1
 
   /** Where the start of a life has its record, behind those of the slots. */
   private val Life          = 16

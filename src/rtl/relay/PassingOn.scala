@@ -14,10 +14,10 @@ class PassingCounts extends Bundle {
 }
 
 /** What [[PassingOn]] is made of: a proof has others, which do whatever may be. */
-class PassingUnits {
+class PassingUnits(schedule: Schedule) {
   def input: LinkInputPins    = new LinkInput
   def sender: LinkSenderPins  = new LinkSender
-  def lists: TransitListsPins = new TransitLists
+  def lists: TransitListsPins = new TransitLists(schedule)
   def store: FrameStorePins   = new FrameStore
 }
 
@@ -26,13 +26,15 @@ class PassingUnits {
   * What came within a bit is looked at behind its end, by a schedule of core cycles that is over before the
   * next end (RB-19, RB-21): port changes, then what the receivers report, then what leaves.
   *
+  * @param schedule
+  *   its cycles
   * @param units
   *   what it is made of
   */
-class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
-  import PassingOn._
+class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
+  def this(schedule: Schedule) = this(schedule, new PassingUnits(schedule))
 
-  /** Core cycles of a bit, 25 to 250. */
+  /** Core cycles of a bit, as many as `schedule` has at least, up to 250. */
   val bitCycles = IO(Input(UInt(8.W)))
 
   /** Relay mode is on; own address, 0: none. */
@@ -89,16 +91,19 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   private val setting = LinkSetting.of(bitCycles)
   private val renew   = RegNext(bitCycles =/= RegNext(bitCycles), false.B)
   private val cycle   = RegInit(0.U(8.W))
-  private val isFirst = renew || cycle === 0.U
+  private val isTick  = RegInit(false.B) // the last cycle of it
+  private val isFirst = renew || RegNext(tick, true.B)
   private val upReg   = RegInit(VecInit(false.B, false.B))
   private val upNow   = VecInit((0 to 1).map(p => Mux(isFirst, up(p), upReg(p))))
   private val changed = (0 to 1).map(p => upNow(p) =/= upReg(p))
   upReg := upNow
-  tick  := !renew && cycle === setting.last
-  cycle := Mux(tick, 0.U, Mux(renew, 0.U, cycle) + 1.U)
+  private val nextCycle = Mux(tick, 0.U, Mux(renew, 0.U, cycle) + 1.U)
+  tick   := !renew && isTick
+  isTick := nextCycle === setting.last
+  cycle  := nextCycle
 
-  private val phase = RegInit(Rest.U(5.W)) // cycles since `tick`; reset: nothing is to be done
-  when(phase =/= Rest.U) { phase := phase + 1.U }
+  private val phase = RegInit(schedule.rest.U(5.W)) // cycles since `tick`; reset: nothing is to be done
+  when(phase =/= schedule.rest.U) { phase := phase + 1.U }
   when(tick) { phase := 1.U }
   private def isPhase(n: Int) = phase === n.U
 
@@ -164,7 +169,7 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
     }
   }
 
-  for (p <- 0 to 1) when(isPhase(Changes(p)) && isUpReg(p) =/= wasUp(p)) {
+  for (p <- 0 to 1) when(isPhase(schedule.changes(p)) && isUpReg(p) =/= wasUp(p)) {
     bad(p)
     isUpReg(p)         := wasUp(p)
     lists.drop(p)      := true.B
@@ -180,7 +185,9 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
 
   // First what is asked of the lists, then what was answered. A port change and a header are never of one
   // bit: of what waits at most one frame is to be moved or removed.
-  private val second = RegNext(phase >= (Reports(1) - 1).U) // the port whose frame is meant is the second
+  private val second = RegNext(
+    phase >= (schedule.reports(1) - 1).U
+  ) // the port whose frame is meant is the second
   private val report = Mux(second, inputs(1).report, inputs(0).report)
   private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
   private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
@@ -188,8 +195,8 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   // The output: of a new frame the other port if that is up, else the same.
   private val to =
     Mux(report.header, Mux(second, !isUpReg(0), isUpReg(1)), meant(FrameStore.PlaceBits - 1)).asBool
-  private val asks  = isPhase(Reports(0)) || isPhase(Reports(1))
-  private val tells = isPhase(Reports(0) + 1) || isPhase(Reports(1) + 1)
+  private val asks  = schedule.reports.map(isPhase).reduce(_ || _)
+  private val tells = schedule.tells.map(isPhase).reduce(_ || _)
   lists.port := second
   lists.it   := meant(TransitLists.SlotBits - 1, 0)
   when(asks) {
@@ -197,7 +204,7 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
     lists.ranks   := report.identified && !report.bad && passes(second) && waits(second)
     lists.removes := waits(second) && (!passes(second) || report.bad)
   }
-  private val isFull  = RegNext(lists.size === TransitLists.Most.U) // when it was asked
+  private val isFull  = RegEnable(lists.size === TransitLists.Most.U, asks)
   private val canPass = report.header && on && !isOwn
   when(tells && canPass) {
     when(isLast || isFull) { counts.stray := true.B }.otherwise {
@@ -212,7 +219,7 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   }
   store.copies.bits := second
   store.copiesTo    := to ## lists.slot
-  for (p <- 0 to 1) when(isPhase(Reports(p) + 1)) {
+  for (p <- 0 to 1) when(isPhase(schedule.tells(p))) {
     when(report.header && on) { comes(p) := true.B }
     when(report.bad || report.good || !passes(p)) { waits(p) := false.B }
     when(lists.put) {
@@ -232,8 +239,8 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   // ---- what leaves (FR-44, FR-48, RB-07 to RB-09) ----
 
   // Cycles of either output, one behind the other. Reset: nothing is decided.
-  private val looks             = (0 to 1).map(p => isPhase(Decisions(p) - 1))
-  private val asked             = looks.map(RegNext(_, false.B))
+  private val looks             = schedule.looks.map(isPhase)
+  private val asked             = schedule.decisions.map(isPhase)
   private val begin             = asked.map(RegNext(_, false.B))
   private val last              = begin(1) // of the outputs
   private val isMany            = lists.size >= LinkFrame.Many.U
@@ -301,18 +308,4 @@ class PassingOn(units: PassingUnits = new PassingUnits) extends Module {
   store.from := from
   granted    := store.granted
   data       := store.data
-}
-
-object PassingOn {
-
-  // The schedule, in core cycles behind the end of a bit. Each report takes ten, of which the last one is the
-  // first one of the next: it is asked, then a walk begins.
-  private[relay] val Changes = Seq(1, 2)
-  private[relay] val Reports = Seq(3, 3 + TransitLists.WalkCycles)
-
-  /** When it is decided what leaves; it begins a cycle later. */
-  val Decisions: Seq[Int] = Seq(22, 23)
-
-  /** All is done. */
-  val Rest = 25
 }

@@ -92,9 +92,9 @@ class Receiving(p: CanParams) extends Module {
   private val left    = RegInit(0.U(3.W))      // bytes to be asked for; reset: none
   private val index   = Reg(UInt(5.W))
   private val isUp    = Reg(Bool())            // data: ascending, and those that are missing are 0
-  private val count   = Reg(UInt(4.W))         // of data
+  private val end     = Reg(UInt(5.W))         // of data, an index
   private val word    = Reg(UInt(32.W))
-  private val missing = isUp && index - FirstData.U >= count
+  private val missing = isUp && index >= end
   private val mine    = left =/= 0.U && !missing && !heads && granted
   private val got     = RegNext(mine, false.B) // reset: no byte was asked for
   private val skips   = left =/= 0.U && missing && !got
@@ -181,7 +181,7 @@ class Receiving(p: CanParams) extends Module {
     }
     is(Step.id) {
       when(isRead) {
-        count := Mux(word(30), 0.U, Mux(dlc(3), 8.U, dlc))
+        end := FirstData.U +& Mux(word(30), 0.U, Mux(dlc(3), 8.U, dlc))
         reads(FirstData, 4)
         step := Step.low
       }

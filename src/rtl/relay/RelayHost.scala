@@ -9,11 +9,18 @@ import flyframe.registers.RingRegisters
 /** The registers of relay mode at a host port of 32 bits, see [[flyframe.registers.RingRegisters]]. They lie
   * between those of the ring and of the node, whose host acknowledges accesses in their second cycle: what is
   * read is ORed. The page of distances is acknowledged here, when a distance has been found.
+  *
+  * @param least
+  *   core cycles of the shortest bit
   */
-class RelayHost extends Module {
+class RelayHost(least: Int) extends Module {
   val host    = IO(new HostPort(4))
   val setting = IO(Output(new OwnSetting)) // but one shot
   val oneShot = IO(Input(Bool()))
+
+  /** Relay mode is on in the next cycle; it has just been switched on or off. */
+  val onNext   = IO(Output(Bool()))
+  val switches = IO(Output(Bool()))
 
   /** Core cycles of a bit (RB-26). */
   val bitCycles = IO(Output(UInt(8.W)))
@@ -65,9 +72,11 @@ class RelayHost extends Module {
   private val high    = stored(RingRegisters.Confirm + 1, 7, 0, RingRegisters.ConfirmReset >> 8)
   private val retries = stored(RingRegisters.Retries, 7, 0, RingRegisters.RetriesReset)
   private val life    = stored(RingRegisters.Life, 6, 0, 0)
-  private val (isControl, control) = written(RingRegisters.Control)
 
+  private val (isControl, control) = written(RingRegisters.Control)
   setting.on      := relay.asBool
+  onNext          := Mux(isControl, control(RingRegisters.Relay), relay.asBool)
+  switches        := RegNext(onNext =/= relay.asBool, false.B) // reset: off
   setting.address := address
   setting.life    := life
   setting.confirm := high ## low
@@ -75,8 +84,8 @@ class RelayHost extends Module {
   setting.oneShot := oneShot
   restart         := isControl && control(RingRegisters.ClearConflict)
   bitCycles := Mux(
-    bit < LinkTiming.Least.U,
-    LinkTiming.Least.U,
+    bit < least.U,
+    least.U,
     Mux(bit > LinkTiming.Most.U, LinkTiming.Most.U, bit)
   )
 

@@ -25,13 +25,14 @@ class RelayMode(p: CanParams) extends Module {
   val us   = IO(Input(Bool()))
   val time = IO(Input(UInt(16.W)))
 
-  private val passing   = Module(new PassingOn)
+  private val schedule  = Schedule(p)
+  private val passing   = Module(new PassingOn(schedule))
   private val list      = Module(new SlotList(p))
-  private val own       = Module(new OwnFrames(p))
+  private val own       = Module(new OwnFrames(p, schedule))
   private val bytes     = Module(new OwnBytes(slotBits))
   private val receiving = Module(new Receiving(p))
   private val sources   = Module(new Sources)
-  private val front     = Module(new RelayHost)
+  private val front     = Module(new RelayHost(LinkTiming.least(p.coreClockMhz)))
   private val setting   = front.setting
 
   // ---- time: units of 10 us, and of 640 us (RB-22, RB-23) ----
@@ -108,6 +109,7 @@ class RelayMode(p: CanParams) extends Module {
   bytes.data    := port.data
 
   own.setting  := setting
+  own.onNext   := front.onNext
   own.restart  := front.restart
   own.unit     := unit
   own.tick     := passing.tick
@@ -130,7 +132,7 @@ class RelayMode(p: CanParams) extends Module {
   port.slots.holds := own.holds
   port.slots.ends  := own.ends
   port.slots.sent  := own.sent
-  port.slots.drops := setting.on =/= RegNext(setting.on, false.B)
+  port.slots.drops := front.switches
   port.load        := bytes.load
   port.order       := list.read
 

@@ -69,14 +69,16 @@ class SlotList(p: CanParams) extends Module {
   private val to    = RegInit(0.U((slotBits + 1).W)) // how many have been written
   private val reads = (walk || walks) && at =/= count
 
-  // A place is read in a cycle, in the next its word is there, in the third it is written to the second list
-  // or held, and in the fourth the entry comes by: if it is not kept, the next one takes its place.
+  // A place is read in a cycle, in the next its word is there. In the fourth the entry comes by and is
+  // written to the second list or held: if it is not kept, the next one takes its place.
   private val comes     = RegNext(reads, false.B)
   private val comesAt   = RegNext(at(slotBits - 1, 0))
   private val passes    = RegNext(comes, false.B)
   private val passing   = RegNext(got)
   private val passingAt = RegNext(comesAt)
-  private val isSame    = comes && ((passing.key ^ got.key) & ~Kinds.U(KeyBits.W)) === 0.U
+  // In parts, as the way from the memory has no time for all of it.
+  private val differs = (passing.key ^ got.key) & ~Kinds.U(KeyBits.W)
+  private val isSame  = (0 until KeyBits by 2).map(i => RegNext(comes && !differs(i + 1, i).orR))
   when(reads) { at := at + 1.U }
   coming                := got.slot
   next.valid            := passes
@@ -84,7 +86,7 @@ class SlotList(p: CanParams) extends Module {
   entry.valid           := RegNext(passes, false.B)
   entry.bits.slot       := RegNext(passing.slot)
   entry.bits.place      := RegNext(passingAt)
-  entry.bits.sameAsNext := RegNext(isSame)
+  entry.bits.sameAsNext := isSame.reduce(_ && _)
 
   // The new slot, and, once it is in its place, the entry that comes by: it is written only when it is kept.
   private val held    = Reg(new Word)
@@ -105,18 +107,22 @@ class SlotList(p: CanParams) extends Module {
     joins := isHeld
   }
 
-  private val isOver = walks && !reads && !comes && !passes && !entry.valid
-  private val isKept = entry.valid && keeps
-  private val first  = joins && !isIn && passes && held.key < passing.key // the new slot is in front of it
+  private val isBy   = entry.valid
+  private val by     = RegNext(passing)
+  private val wasBy  = RegNext(isBy, false.B)           // reset: no walk
+  private val isKept = RegNext(isBy && keeps, false.B)
+  private val isOver = walks && !reads && !comes && !passes && !isBy && !wasBy
+  private val isLess = RegNext(held.key < passing.key)
+  private val first  = joins && !isIn && isBy && isLess // the new slot is in front of it
   private val isLast = joins && !isIn && isOver
   private val behind = Mux(isKept, to + 1.U, to)
-  when(first || (isIn && passes)) { held := passing }
+  when(first || (isIn && isBy)) { held := by }
   when(first) { isIn := true.B }
   appended         := isOver && joins
   ram.readAddress  := Mux(reads, bank ## at(slotBits - 1, 0), (bank ^ !walks) ## look)
-  ram.write        := Mux(isIn, isKept, passes || isLast)
+  ram.write        := Mux(isIn, isKept, isBy || isLast)
   ram.writeAddress := !bank ## Mux(isIn, to, behind)(slotBits - 1, 0)
-  ram.writeData    := Mux(isIn || first || isLast, held, passing).asUInt
+  ram.writeData    := Mux(isIn || first || isLast, held, by).asUInt
   to               := Mux(first, behind + 1.U, behind)
   when(isOver) {
     walks  := false.B
@@ -147,5 +153,5 @@ object SlotList {
   private val Kinds = 1 << 20 | 1
 
   /** How long a walk takes, its first cycle counted. */
-  def walkCycles(p: CanParams): Int = p.slots + 4
+  def walkCycles(p: CanParams): Int = p.slots + 5
 }

@@ -52,7 +52,7 @@ class Sources extends Module {
   }
 
   private object Step extends ChiselEnum {
-    val idle, reads, comes, place, names, judges, marks, keeps, tells, looks, forgets = Value
+    val idle, reads, comes, place, names, weighs, judges, marks, keeps, tells, looks, forgets = Value
   }
   private val step   = RegInit(Step.idle) // reset: nothing is to be done
   private val now    = RegInit(0.U(16.W)) // units
@@ -66,15 +66,17 @@ class Sources extends Module {
   private val isOld  = Reg(Bool())        // a source is forgotten for itself, not for its frame
   private val isAsk  = Reg(Bool())
 
-  private val it      = frame.bits
-  private val place   = ram.io.readData.asTypeOf(new Place)
-  private val limit   = Mux(confirm(15, 8).andR, MostUnits.U, confirm)
-  private val silent  = RegNext(now - place.heard) > limit
-  private val low     = it.sequence(4, 0)
-  private val above   = it.sequence - names.newest                            // the newest one, or below it
-  private val isAhead = above =/= 0.U && (!above(13) || above(12, 0) === 0.U) // by up to 8,192
-  private val isNear  = above(13, 5) === 0.U                                  // above it, by less than 32
-  private val isBelow = above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U) // by less than 32
+  private val it     = frame.bits
+  private val place  = ram.io.readData.asTypeOf(new Place)
+  private val limit  = RegNext(Mux(confirm(15, 8).andR, MostUnits.U, confirm)) // it rests
+  private val silent = RegNext(now - place.heard) > limit
+  private val low    = it.sequence(4, 0)
+  private val above  = it.sequence - names.newest                              // the newest one, or below it
+  private val isAhead = RegNext(above =/= 0.U && (!above(13) || above(12, 0) === 0.U)) // by up to 8,192
+  private val isNear = RegNext(above(13, 5) === 0.U) // above it, by less than 32
+  private val isBelow = RegNext(
+    above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U)
+  ) // by less than 32
 
   when(unit) {
     now    := now + 1.U
@@ -116,8 +118,9 @@ class Sources extends Module {
     }
     is(Step.names) {
       names := ram.io.readData.asTypeOf(new Names)
-      step  := Step.judges
+      step  := Step.weighs
     }
+    is(Step.weighs) { step := Step.judges }
     is(Step.judges) {
       isNew := false.B
       at    := low

@@ -21,23 +21,23 @@ abstract class TransitListsPins extends Module {
   val size  = IO(Output(UInt(CountBits.W)))
   val known = IO(Output(UInt(CountBits.W)))
 
-  /** Asks for a slot that is free: it is `slot` in the next cycle. If it is `put` then, a frame waits in it,
-    * whose identifier is not there yet.
+  /** Asks for a slot that is free: it is `slot` a cycle later (or two, see [[Schedule]]). If it is `put`
+    * then, a frame waits in it, whose identifier is not there yet.
     */
   val asks = IO(Input(Bool()))
   val put  = IO(Input(Bool()))
 
   /** A walk begins: the frame in `it`, which waits, gets its place by the identifier of `port`; or it waits
-    * no more. It takes [[TransitLists.WalkCycles]], in which nothing else may be ordered but a `drop`; the
-    * number of identifiers is right a cycle later.
+    * no more. It takes `walkCycles` of the [[Schedule]], in which nothing else may be ordered but a `drop`;
+    * the number of identifiers is right a cycle later.
     */
   val ranks   = IO(Input(Bool()))
   val removes = IO(Input(Bool()))
   val it      = IO(Input(UInt(SlotBits.W)))
 
-  /** Looks at the first one of an output: two cycles later it is `first`, and told whether a frame with this
-    * order would be before it. If there is a `take` then, it leaves; that output is `out` in the cycle
-    * between.
+  /** Looks at the first one of an output: two cycles later (or three) it is `first`, and told whether a frame
+    * with the order of two cycles before would be before it. If there is a `take` then, it leaves; that
+    * output is `out` in the cycle before.
     */
   val looks    = IO(Input(Valid(UInt(1.W))))
   val order    = IO(Input(UInt(KeyBits.W)))
@@ -59,16 +59,20 @@ abstract class TransitListsPins extends Module {
   * whose identifier is there, in CAN order, then the others, older ones first; behind them those that are
   * free. The one that leaves, or has left last, is in none. So nothing needs to be kept of a slot, all are
   * free at once, and one walk at a time moves the entries between two places by one.
+  *
+  * @param schedule
+  *   whether there is time for a register behind the RAM
   */
-class TransitLists extends TransitListsPins {
+class TransitLists(schedule: Schedule) extends TransitListsPins {
   import TransitLists._
+  private def late[T <: Data](signal: T): T = ShiftRegister(signal, schedule.entryCycles - 1)
 
   private class Entry extends Bundle {
     val slot = UInt(SlotBits.W)
     val key  = UInt(KeyBits.W)
   }
   private val ram = DualPortRam(Words, SlotBits + KeyBits)(clock)
-  private val got = ram.io.readData.asTypeOf(new Entry)
+  private val got = late(ram.io.readData).asTypeOf(new Entry)
 
   // Where a list begins in its half of 16 places, which it goes round. Reset: nothing waits, the lists are
   // written anew.
@@ -84,27 +88,30 @@ class TransitLists extends TransitListsPins {
 
   private val held      = Reg(new Entry)                 // what the place at hand gets
   private val walks     = RegInit(false.B)               // reset: no walk
-  private val isFirst   = Reg(Bool())                    // the cycle in which the key is there
+  private val isFirst   = Reg(Bool())                    // the cycle behind the read of the key
   private val isDown    = Reg(Bool())
   private val of        = Reg(UInt(1.W))                 // the output
   private val sought    = Reg(UInt(SlotBits.W))
   private val index     = Reg(UInt(CountBits.W))
   private val moves     = Reg(Bool())                    // from the place at hand on
   private val isCounted = Reg(Bool())                    // nothing was dropped meanwhile
-  private val sees      = RegInit(false.B)               // an entry is there; reset: none
+  private val isThere   = late(isFirst)                  // the key
+  private val reads     = Wire(Bool())                   // an entry
+  private val sees      = RegInit(false.B)               // it is there; reset: none
   private val offset    = Wire(UInt(CountBits.W))        // the place that is read
-  private val seenAt    = RegNext(offset)
+  private val seenAt    = RegNext(late(offset))
   private val isKnown   = seenAt < knowns(of)            // it has an identifier
   private val isLess    = (held.key -& got.key)(KeyBits) // by a carry chain
   private val shifts    = sees && (moves || !isKnown || isLess)
   private val ends      = sees && got.slot === sought
-  sees := (walks && !ends) || removes
+  reads := (walks && !ends) || removes
+  sees  := (if (schedule.isLong) RegNext(reads, false.B) && !ends else reads) // reset: no walk
   when(walks) {
     isFirst := false.B
     index   := Mux(isDown, index - 1.U, index + 1.U)
   }
-  when(isFirst || shifts) {
-    held.slot := Mux(isFirst, sought, got.slot)
+  when(isThere || shifts) {
+    held.slot := Mux(isThere, sought, got.slot)
     held.key  := got.key
   }
   when(shifts) { moves := true.B }
@@ -124,7 +131,7 @@ class TransitLists extends TransitListsPins {
     isCounted := true.B
   }
   when(removes) { held.slot := it }
-  when(looks.valid) { held.key := order }
+  when(late(looks.valid)) { held.key := order }
 
   // ---- what comes and leaves ----
 
@@ -158,7 +165,7 @@ class TransitLists extends TransitListsPins {
   ram.io.readAddress :=
     Mux(ranks, 1.U(1.W) ## port ## 0.U(PlaceBits.W), 0.U(1.W) ## readOf ## readPlace)
 
-  private val seenPlace = RegNext(readPlace)
+  private val seenPlace = RegNext(late(readPlace))
   private val isFree    = isReady && !sees && !take
   private val named     = Mux(names(0).valid, names(0).bits, names(1).bits)
   taken(0)     := isFree && names(0).valid
@@ -184,9 +191,6 @@ object TransitLists {
   val SlotBits  = 4
   val CountBits = 4
   val KeyBits   = 32
-
-  /** How long a walk takes, its first cycle counted: at its end another one may begin. */
-  val WalkCycles = Most + 1
 
   private val PlaceBits = 4
   private val Words     = 64

@@ -41,13 +41,9 @@ class FrameShiftSpec extends AnyFlatSpec with ChiselScalatestTester {
         stored = stored.updated(dut.store.bits.peek().litValue.toInt, dut.word.peek().litValue.toLong)
       if (dut.ownDlc.valid.peek().litToBoolean) ownDlc = Some(dut.ownDlc.bits.peek().litValue.toInt)
       dut.clock.step()
-      val data = if (load) slot(which) else random.nextLong(1L << 32)
-      dut.data.poke(data)
-      val bytes = (0 to 3).map(i => (data >> 8 * i & 0xff).toInt)
-      // The identifier word; the others make no frame.
-      dut.order.poke(if (load && which == 0) CanFrame.of(bytes ++ Seq.fill(12)(0)).order else data)
+      dut.data.poke(if (load) slot(which) else random.nextLong(1L << 32))
     }
-    private def rest(): Unit = for (_ <- 1 to 8 + random.nextInt(4)) cycle()
+    private def rest(least: Int = 8): Unit = for (_ <- 1 to least + random.nextInt(4)) cycle()
 
     /** A bit is heard; `also` is true with it. */
     private def bit(level: Boolean, also: Option[Bool]): Unit = {
@@ -78,7 +74,7 @@ class FrameShiftSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.bits.dlc.poke(heard.dlc)
       val bits = arbitration(heard)
       for ((level, i) <- bits.zipWithIndex) {
-        rest()
+        rest(if (i == 0) 2 else 8) // behind `begins`: at once
         if (sends) {
           val all    = arbitration(own.get)
           val driven = all(i)

@@ -33,14 +33,15 @@ class OwnNode(p: CanParams) extends Module {
   val maps     = IO(Output(Vec(3, UInt(p.slots.W)))) // pending, sent, failed
   val begun    = IO(Output(UInt(p.slots.W)))
 
-  private val passing = Module(new PassingOn)
+  private val passing = Module(new PassingOn(Schedule(p)))
   private val list    = Module(new SlotList(p))
-  private val own     = Module(new OwnFrames(p))
+  private val own     = Module(new OwnFrames(p, Schedule(p)))
   private val bytes   = Module(new OwnBytes(slotBits))
   private val slots   = SyncReadMem(4 * p.slots, UInt(32.W))
   private val ram     = DualPortRam(SlotOrder.words(p), RelaySide.listBits(p))(clock)
   when(write.valid) { slots.write(write.bits, word) }
 
+  private val on      = RegNext(setting.on, false.B)
   private val pending = RegInit(0.U(p.slots.W))
   private val sent    = RegInit(0.U(p.slots.W))
   private val failed  = RegInit(0.U(p.slots.W))
@@ -54,7 +55,7 @@ class OwnNode(p: CanParams) extends Module {
   begun   := own.begun
 
   passing.bitCycles  := bitCycles
-  passing.on         := setting.on
+  passing.on         := on
   passing.address    := setting.address
   passing.heard      := heard
   passing.up         := up
@@ -68,7 +69,7 @@ class OwnNode(p: CanParams) extends Module {
   received           := passing.received
 
   ram.serves(list.ram)
-  list.on     := setting.on
+  list.on     := on
   list.walk   := own.walk
   list.keeps  := own.keeps
   list.append := append
@@ -83,23 +84,25 @@ class OwnNode(p: CanParams) extends Module {
   bytes.leaves  := own.leaves
   bytes.fetch   := passing.fetch
 
-  own.setting  := setting
-  own.restart  := restart
-  own.unit     := unit
-  own.tick     := passing.tick
-  own.isUp     := passing.isUp
-  own.received := passing.received
-  own.home     := home
-  own.pending  := pending
-  own.abort    := aborts
-  own.entry    := list.entry
-  own.coming   := list.coming
-  own.nears    := list.next
-  own.looked   := list.looked
-  own.begins   := passing.begins
-  own.sending  := passing.sending
-  counts       := own.counts
-  conflict     := own.conflict
+  own.setting    := setting
+  own.setting.on := on
+  own.onNext     := setting.on
+  own.restart    := restart
+  own.unit       := unit
+  own.tick       := passing.tick
+  own.isUp       := passing.isUp
+  own.received   := passing.received
+  own.home       := home
+  own.pending    := pending
+  own.abort      := aborts
+  own.entry      := list.entry
+  own.coming     := list.coming
+  own.nears      := list.next
+  own.looked     := list.looked
+  own.begins     := passing.begins
+  own.sending    := passing.sending
+  counts         := own.counts
+  conflict       := own.conflict
   for (q <- 0 to 1) {
     offer(q).valid := own.offer(q)
     offer(q).bits  := RegNext(own.order)

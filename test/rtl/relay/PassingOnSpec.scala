@@ -4,6 +4,7 @@ import chisel3._
 import chiseltest._
 import flyframe.{Simulation, Tier}
 import flyframe.can.{CanFrame, StuffingModel}
+import flyframe.params.CanParams
 import flyframe.registers.RingRegisters
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.annotation.tailrec
@@ -12,7 +13,7 @@ import scala.util.Random
 
 class PassingOnSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Passing on in RTL against the model", "core cycles", test = 300000, soak = 50000000)
+    Tier("Passing on in RTL against the model", "core cycles", test = 900000, soak = 50000000)
 
   /** What comes in at a port: frames one behind the other, of which some are disturbed, and of 30 so many die
     * right behind their header.
@@ -28,7 +29,7 @@ class PassingOnSpec extends AnyFlatSpec {
     def next(): Boolean = {
       if (left < 1) {
         if (levels.isEmpty) levels ++= Source.frame(random, calm, dying)
-        if (random.nextInt(20000) == 0) calm = 1 + random.nextInt(300)
+        if (random.nextInt(800 * bit) == 0) calm = 1 + random.nextInt(300)
         val (next, bits) = levels.dequeue()
         level = next
         left += bit * bits * (1 + ppm / 1e6)
@@ -83,14 +84,24 @@ class PassingOnSpec extends AnyFlatSpec {
     }
   }
 
-  "FR-44 to FR-49, RB-07 to RB-10, RB-15, RB-19 to RB-21: what a node passes on" should
-    "be what the model passes on, in each cycle" in
-    RawTester.test(new PassingOn, Simulation.annotations(this, "passing on")) { dut =>
-      val random = new Random(3)
+  for ((mhz, share) <- Seq(50 -> 1, 100 -> 2))
+    s"FR-44 to FR-49, RB-07 to RB-10, RB-15, RB-19 to RB-21: what a node of $mhz MHz passes on" should
+      "be what the model passes on, in each cycle" in passesOn(
+        CanParams(coreClockMhz = mhz),
+        tier.share(share, 3)
+      )
+
+  private def passesOn(p: CanParams, size: Long): Unit = {
+    val schedule = Schedule(p)
+    val least    = LinkTiming.least(p.coreClockMhz)
+    val cycles   = 4000 * least // of a run
+    val design   = Simulation.annotations(this, s"passing on ${p.coreClockMhz}")
+    RawTester.test(new PassingOn(schedule), design) { dut =>
+      val random = new Random(4)
       val most   = Array(0L, 0L)
-      for (first <- 0L until tier.size by Run) {
-        val bit    = if (first == 0 || random.nextBoolean()) 25 else random.between(25, 60)
-        val model  = new RelayModel
+      for (first <- 0L until size by cycles) {
+        val bit    = if (first == 0 || random.nextBoolean()) least else random.between(least, 2 * least)
+        val model  = new RelayModel(p)
         val source = Seq.fill(2)(new Source(random, bit, dying = if (first == 0) 17 else 1))
         val up     = Array(true, true)
         val seen   = mutable.Map.empty[Int, Long].withDefaultValue(0L)
@@ -125,9 +136,9 @@ class PassingOnSpec extends AnyFlatSpec {
           RelayCounter.Passed        -> c.passed(0),
           RelayCounter.Passed + 1    -> c.passed(1)
         )
-        for (cycle <- 0 until Run) {
+        for (cycle <- 0 until cycles) {
           for (p <- 0 to 1) {
-            if (random.nextInt(if (up(p)) 40000 else 8000) == 0) up(p) = !up(p)
+            if (random.nextInt((if (up(p)) 1600 else 320) * bit) == 0) up(p) = !up(p)
             dut.up(p).poke(up(p))
           }
           val heard = source.map(_.next())
@@ -137,7 +148,7 @@ class PassingOnSpec extends AnyFlatSpec {
             assert(dut.level(p).peekBoolean() == level, s"cycle $cycle with bits of $bit, port $p")
           }
           own(dut, bytes)
-          if (random.nextInt(500) == 0) {
+          if (random.nextInt(20 * bit) == 0) {
             val slot  = random.nextInt(16)
             val frame = CanFrame(random.nextInt(1 << 11), false, false, 8, Seq.fill(8)(random.nextInt(256)))
             RingHost.request(model.host, slot, frame)
@@ -148,7 +159,7 @@ class PassingOnSpec extends AnyFlatSpec {
             dut.offer(p).poke(model.node.offered(p).nonEmpty)
           }
           for (p <- 0 to 1)
-            if ((cycle + 1) % bit == PassingOn.Decisions(p) - 1)
+            if ((cycle + 1) % bit == schedule.decisions(p) - 1)
               dut.order.poke(model.node.offered(p).getOrElse(0L))
           dut.clock.step()
         }
@@ -162,6 +173,7 @@ class PassingOnSpec extends AnyFlatSpec {
       }
       assert(most.max >= LinkFrame.Many, "a transit buffer was half full")
     }
+  }
 
   /** Bytes of own frames that are asked for come in the next cycle. */
   private def own(dut: PassingOn, bytes: Array[IndexedSeq[Int]]): Unit = for (p <- 0 to 1) {
@@ -176,5 +188,4 @@ class PassingOnSpec extends AnyFlatSpec {
   }
 
   private val Own = 23
-  private val Run = 100000
 }

@@ -2,6 +2,7 @@ package flyframe.relay
 
 import flyframe.Tier
 import flyframe.can.CanFrame
+import flyframe.params.CanParams
 import flyframe.registers.{CanRegisters, RingRegisters}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.collection.mutable
@@ -16,11 +17,10 @@ class RelayAgainstModelSpec extends AnyFlatSpec {
     Tier("Relay mode in RTL against the model", "core cycles", test = 400000, soak = 20000000)
   private val Own  = 23
   private val Run  = 200000
-  private val Bit  = RingRegisters.LinkBitReset
   private val port = CanRegisters.PortStarts(0)
 
   /** What comes in at a port. */
-  private class Traffic(random: Random, newest: mutable.Map[Int, Int]) {
+  private class Traffic(random: Random, bit: Int, newest: mutable.Map[Int, Int]) {
     private val levels = mutable.Queue.empty[Boolean]
     private var level  = true
     private var left   = 0.0
@@ -62,7 +62,7 @@ class RelayAgainstModelSpec extends AnyFlatSpec {
           levels ++= Seq.fill(7 + random.nextInt(if (random.nextBoolean()) 2 else 400))(true)
         }
         level = levels.dequeue()
-        left += Bit * (1 + ppm / 1e6)
+        left += bit * (1 + ppm / 1e6)
       }
       left -= 1
       level
@@ -72,18 +72,21 @@ class RelayAgainstModelSpec extends AnyFlatSpec {
   "FR-45 to FR-62, RB-06, RB-17, RB-23: a node in RTL" should
     "send and receive what the model does, under any traffic" in {
       val seen = mutable.Map.empty[String, Long].withDefaultValue(0L)
-      for (run <- 0L until tier.size by Run)
-        RelaySimulation(rtl => new Pair(rtl, new Random(run + 1)).run(run, seen))
+      for (run <- 0L until tier.size by Run) {
+        val p = CanParams(coreClockMhz = if (run / Run % 2 == 0) 50 else 100)
+        RelaySimulation(rtl => new Pair(rtl, p, new Random(run + 1)).run(run, seen), p)
+      }
       println(seen.toSeq.sorted.mkString("Relay mode: ", ", ", "."))
       for (what <- Seq("received", "doubles", "filtered")) assert(seen(what) > 0, what)
     }
 
-  private class Pair(rtl: RelayUnderTest, random: Random) {
-    private val model   = new RelayModel
+  private class Pair(rtl: RelayUnderTest, p: CanParams, random: Random) {
+    private val bit     = LinkTiming.least(p.coreClockMhz) // which one out of reset has (RB-26)
+    private val model   = new RelayModel(p)
     private val newest  = mutable.Map.empty[Int, Int]
-    private val traffic = Seq.fill(2)(new Traffic(random, newest))
+    private val traffic = Seq.fill(2)(new Traffic(random, bit, newest))
     private val up      = Array(true, true)
-    private var isFull  = false // traffic comes
+    private var isFull  = false                            // traffic comes
     private val frames  = Seq.fill(2)(ArrayBuffer.empty[Seq[Int]])
     private var run     = 0L
     rtl.passes = () => cycle()
@@ -117,7 +120,7 @@ class RelayAgainstModelSpec extends AnyFlatSpec {
         val value = Seq.fill(4)(random.nextInt(256)).updated(3, random.nextInt(256) | 0x20)
         write(CanRegisters.FilterStarts(0) + 8 * entry, value ++ mask.updated(3, mask(3) & 0xdf): _*)
       }
-      while (rtl.cycle % Bit != 8) cycle() // whoever is switched on between two ends of bits
+      while (rtl.cycle % bit != 8) cycle() // whoever is switched on between two ends of bits
       write(RingRegisters.Control, 1 << RingRegisters.Relay)
     }
 

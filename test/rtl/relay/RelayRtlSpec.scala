@@ -77,16 +77,22 @@ class RtlRelayNode(dut: RelayPortUnderTest) extends RelayUnderTest {
 }
 
 object RelaySimulation {
-  private val simulation = new StandingSimulation(new RelayPortUnderTest(CanParams()), this, "relay mode")
+  private def simulation(p: CanParams) =
+    new StandingSimulation(new RelayPortUnderTest(p), this, s"relay mode ${p.coreClockMhz}")
+  private val simulations = Seq(50, 100).map { mhz =>
+    val p = CanParams(coreClockMhz = mhz)
+    p -> simulation(p)
+  }.toMap
 
-  /** Runs `body` with a node fresh out of reset. */
-  def apply(body: RelayUnderTest => Unit): Unit = simulation(dut => body(new RtlRelayNode(dut)))
+  /** Runs `body` with a node fresh out of reset: one of 50 MHz, or one of 100 MHz. */
+  def apply(body: RelayUnderTest => Unit, p: CanParams = CanParams()): Unit =
+    simulations(p)(dut => body(new RtlRelayNode(dut)))
 }
 
 /** The suites that run on any node, on the RTL. */
 trait OnRtl { self: RelayCases =>
   protected def withNode(body: RelayUnderTest => Unit): Unit =
-    RelaySimulation(body)
+    RelaySimulation(body(_))
 }
 
 class LinkRtlSpec    extends RelayCases with LinkRules with OnRtl

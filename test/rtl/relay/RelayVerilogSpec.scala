@@ -7,7 +7,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import scala.sys.process._
 
 /** Links and passing on as a top level, whose reset is that of all of them. */
-class AlonePassingOn extends PassingOn with RequireAsyncReset {
+class AlonePassingOn extends PassingOn(Schedule(isLong = true)) with RequireAsyncReset {
   override def desiredName = "PassingOn"
 }
 
