@@ -80,7 +80,7 @@ object RingPage {
   private def relaySetup: Seq[(String, String)] = Seq(
     s"${at(RingRegisters.Address)}" -> "the node's address, each another one, 1 to 125",
     s"${at(RingRegisters.LinkBit)}, two bytes" ->
-      s"core cycles of a bit; ${RingRegisters.LinkBitReset} out of reset",
+      "core cycles of a bit, the same time everywhere; out of reset 2 Mbit/s",
     s"${at(RingRegisters.Confirm)}, two bytes" ->
       s"time until a frame is repeated in 10 us; ${RingRegisters.ConfirmReset} out of reset",
     s"${at(RingRegisters.Life)}" -> "number of this start, modulo 128, from memory that keeps it",
