@@ -185,9 +185,7 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
 
   // First what is asked of the lists, then what was answered. A port change and a header are never of one
   // bit: of what waits at most one frame is to be moved or removed.
-  private val second = RegNext(
-    phase >= (schedule.reports(1) - 1).U
-  ) // the port whose frame is meant is the second
+  private val second = RegNext(phase >= (schedule.reports(1) - 1).U) // the port whose frame is meant
   private val report = Mux(second, inputs(1).report, inputs(0).report)
   private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
   private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
