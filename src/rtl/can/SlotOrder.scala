@@ -79,9 +79,11 @@ class SlotOrder(p: CanParams) extends Module {
   private val bestSlot = Reg(UInt(slotBits.W))
   private val isDone   = walks && isAtEnd && !isThere && !first.valid && !second.valid && !comes && !compares
 
-  appended         := append.valid && !walks && !changed
-  ram.readAddress  := bank ## at(slotBits - 1, 0)
-  ram.write        := Mux(walks, keeps, append.valid) // behind the list, if it is not to be appended yet
+  appended        := append.valid && !walks && !changed
+  ram.readAddress := bank ## at(slotBits - 1, 0)
+  // A slot is written behind the list even if it may not be appended yet, which is known too late. That is
+  // never behind a list of all slots: these are pending then, and none is to be appended.
+  ram.write        := Mux(walks, keeps, append.valid)
   ram.writeAddress := Mux(walks, !bank ## to(slotBits - 1, 0), bank ## count(slotBits - 1, 0))
   ram.writeData    := Mux(walks, slot, append.bits)
   when(appended) { count := count + 1.U }

@@ -171,11 +171,10 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val nearlyDue = Mux(phase === Judges(0).U, homes(1), homes(0))
   private val due       = RegNext(nearlyDue)
   private val isUsed    = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
-  // Below `next` by 1 to 16: on its way.
-  private val ahead    = RegNext(nearlyDue.sequence - next)
-  private val isData   = due.kind === LinkKind.Data.U
-  private val isLife   = due.kind === LinkKind.Start.U
-  private val isBehind = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
+  private val ahead     = RegNext(nearlyDue.sequence - next) // below it by 1 to 16: on its way
+  private val isData    = due.kind === LinkKind.Data.U
+  private val isLife    = due.kind === LinkKind.Start.U
+  private val isBehind  = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
   private val isForeign = Mux(
     isData,
     isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,

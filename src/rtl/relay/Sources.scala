@@ -72,11 +72,11 @@ class Sources extends Module {
   private val silent = RegNext(now - place.heard) > limit
   private val low    = it.sequence(4, 0)
   private val above  = it.sequence - names.newest                              // the newest one, or below it
-  private val isAhead = RegNext(above =/= 0.U && (!above(13) || above(12, 0) === 0.U)) // by up to 8,192
-  private val isNear = RegNext(above(13, 5) === 0.U) // above it, by less than 32
-  private val isBelow = RegNext(
-    above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U)
-  ) // by less than 32
+
+  // Weighed in a step of their own: above it by up to 8,192, or by less than 32; below it by less than 32.
+  private val isAhead = RegNext(above =/= 0.U && (!above(13) || above(12, 0) === 0.U))
+  private val isNear  = RegNext(above(13, 5) === 0.U)
+  private val isBelow = RegNext(above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U))
 
   when(unit) {
     now    := now + 1.U

@@ -65,6 +65,8 @@ abstract class TransitListsPins extends Module {
   */
 class TransitLists(schedule: Schedule) extends TransitListsPins {
   import TransitLists._
+
+  /** What goes with an entry, behind the register of the RAM if there is one. */
   private def late[T <: Data](signal: T): T = ShiftRegister(signal, schedule.entryCycles - 1)
 
   private class Entry extends Bundle {
@@ -105,7 +107,8 @@ class TransitLists(schedule: Schedule) extends TransitListsPins {
   private val shifts    = sees && (moves || !isKnown || isLess)
   private val ends      = sees && got.slot === sought
   reads := (walks && !ends) || removes
-  sees  := (if (schedule.isLong) RegNext(reads, false.B) && !ends else reads) // reset: no walk
+  // What was read behind the one that is sought is not seen. Reset: no walk.
+  sees := (if (schedule.isLong) RegNext(reads, false.B) && !ends else reads)
   when(walks) {
     isFirst := false.B
     index   := Mux(isDown, index - 1.U, index + 1.U)

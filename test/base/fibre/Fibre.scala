@@ -9,7 +9,7 @@ import scala.collection.mutable
   */
 class Fibre(val delay: Long) {
   private val edges   = mutable.Queue.empty[(Long, Boolean)]
-  private var first   = Long.MaxValue // when the first of them arrives
+  private var first   = Long.MaxValue // when the first of them arrives, which each sample asks for
   private var entered = false
   private var left    = false
 

@@ -19,7 +19,8 @@ class RingBench(
   private val count = nodes.size
   private val next  = periods.toArray // when the present cycle of each node ends
 
-  // Nodes in the order in which their cycles end, from `head` on, round and round.
+  // Nodes in the order in which their cycles end, from `head` on, round and round: to search for the next one
+  // in each cycle would take most of the time of a large ring.
   private val order = nodes.indices.sortBy(next(_)).toArray
   private var head  = 0
 

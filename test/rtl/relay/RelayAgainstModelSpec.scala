@@ -69,7 +69,7 @@ class RelayAgainstModelSpec extends AnyFlatSpec {
     }
   }
 
-  "FR-45 to FR-62, RB-06, RB-17, RB-23: a node in RTL" should
+  "FR-45 to FR-62, RB-06, RB-17, RB-23, RB-26: a node in RTL" should
     "send and receive what the model does, under any traffic" in {
       val seen = mutable.Map.empty[String, Long].withDefaultValue(0L)
       for (run <- 0L until tier.size by Run) {

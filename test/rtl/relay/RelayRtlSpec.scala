@@ -79,10 +79,8 @@ class RtlRelayNode(dut: RelayPortUnderTest) extends RelayUnderTest {
 object RelaySimulation {
   private def simulation(p: CanParams) =
     new StandingSimulation(new RelayPortUnderTest(p), this, s"relay mode ${p.coreClockMhz}")
-  private val simulations = Seq(50, 100).map { mhz =>
-    val p = CanParams(coreClockMhz = mhz)
-    p -> simulation(p)
-  }.toMap
+  private val simulations =
+    Seq(50, 100).map(mhz => CanParams(coreClockMhz = mhz)).map(p => p -> simulation(p)).toMap
 
   /** Runs `body` with a node fresh out of reset: one of 50 MHz, or one of 100 MHz. */
   def apply(body: RelayUnderTest => Unit, p: CanParams = CanParams()): Unit =
