@@ -157,8 +157,13 @@ class EventStoreSpec extends AnyFlatSpec {
         other.createStatement.execute("begin immediate")
         assertThrows[SQLException](give(store, life, 2, 1))
         assertThrows[SQLException](store.probe())
-        val begin = System.nanoTime()
-        assert(store.latest(10).size == 2 && System.nanoTime() - begin < 500000000L)
+        // A reader that waited for the writer would do so each time; a busy machine does not.
+        val took = Seq.fill(3) {
+          val begin = System.nanoTime()
+          assert(store.latest(10).size == 2)
+          System.nanoTime() - begin
+        }
+        assert(took.min < 500000000L)
         other.createStatement.execute("rollback")
       }
       store.probe()

@@ -253,7 +253,7 @@ class WebServerSpec extends AnyFlatSpec {
         assert(feed.lines.head("fresh").bool && feed.lines.head("log").arr.size == 2)
         assert(feed.lines.head("state")("masters")(0)("slaves")(0)("state").str == "normal")
         // Without push the page would wait for the next message that only says that the server lives: 5 s
-        // each.
+        // each, and so 50.
         val begin = System.nanoTime()
         for (i <- 2 to 11) {
           master.happen(Event(EventKind.Detector, 0, 1, i, DetectorState.Alarm))
@@ -261,7 +261,7 @@ class WebServerSpec extends AnyFlatSpec {
           master.settle()
           eventually("the alarm")(feed.lines.exists(_("log").arr.exists(_("id").num == i + 1)))
         }
-        assert(System.nanoTime() - begin < 10000000000L)
+        assert(System.nanoTime() - begin < 25000000000L)
         assert(feed.lines.last("state")("masters")(0)("slaves")(0)("state").str == "alarm")
         assert(feed.lines.tail.forall(!_("fresh").bool))
       }
