@@ -98,6 +98,7 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
       node.time >> 8 * (a - RingRegisters.Time) & 0xff
     else if (a >= RingRegisters.Distances && a < RingRegisters.Distances + 256)
       node.sources.distance((a - RingRegisters.Distances) / 2, a % 2)
+    else if (a == RingRegisters.LinkBit) linkBit // RB-26: as it counts
     else memory.register(a).fold(0)(memory.read(_, a, name => status(name)))
   }
 

@@ -60,8 +60,9 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
       port(0, up._1)
       port(1, up._2)
     }
-    inputs(0).step(heard._1 || !wasUp(0))
-    inputs(1).step(heard._2 || !wasUp(1))
+    // In bus mode the links are silent (RB-25).
+    inputs(0).step(heard._1 || !wasUp(0) || !node.isOn)
+    inputs(1).step(heard._2 || !wasUp(1) || !node.isOn)
     inBit += 1
     if (inBit == bitCycles) {
       inBit = 0
@@ -85,7 +86,12 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
 
   def write(address: Int, bytes: Seq[Int]): Unit = {
     node.now(cycles)
+    val wasOn = node.isOn
     host.write(address, bytes)
+    if (node.isOn && !wasOn) for (port <- 0 to 1) {
+      receivers(port).restart()
+      restart(port)
+    }
     setBit()
   }
 

@@ -279,7 +279,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       val frame  = f.slot.fold(Announcement)(slots.pendingFrame)
       leaving(port) = None
       sending(port) = Some(f)
-      f.slot.foreach(stamps(_, time))
+      f.slot.foreach(stamps(_, ((cycle + linkBit) / p.coreClockMhz).toInt)) // it leaves a bit later (RB-19)
       val body = LinkBody.of(header, frame)
       senders.begin(port, header, body)
       begins(port, header, body)

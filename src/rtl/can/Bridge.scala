@@ -21,7 +21,7 @@ class BridgeFrom(p: CanParams, waits: Boolean) extends Bundle {
   val ready = Output(Bool())
   val data  = Output(UInt(32.W))
 
-  /** The bridge is at work: no other frame may be stored. */
+  /** The bridge reads a frame, or has another one to read: no other may be stored. */
   val busy = Option.when(waits)(Input(Bool()))
 }
 
@@ -68,6 +68,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   private val word  = Reg(UInt(32.W))
   private val slot  = Reg(UInt(ownBits.W))
   private val drops = Reg(Bool())        // a frame is to be counted
+  private val more  = RegInit(false.B)   // another one has been taken meanwhile; reset: none
 
   // The search for the one that is last in CAN order.
   private val at      = Reg(UInt(ownBits.W))
@@ -79,7 +80,9 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
 
   private def address(slot: UInt, part: UInt) = PortMemory.Slots.U(2.W) ## (first / 8).U(1.W) ## slot ## part
 
-  from.busy.foreach(_ := step =/= Step.idle)
+  // That a slot is appended may take as long as other frames need to come.
+  private val isRead = step === Step.idle || step === Step.asks || step === Step.counts
+  from.busy.foreach(_ := !isRead || more)
   from.read.valid := step === Step.reads
   from.read.bits  := place ## part
 
@@ -113,13 +116,20 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
     step  := Step.searches
   }
 
+  private val goesOn = more || from.taken.valid
+  when(isRead && from.taken.valid) {
+    place := from.taken.bits
+    more  := true.B
+  }
+  private def next(): Unit = {
+    part  := 0.U
+    drops := false.B
+    more  := false.B
+    step  := Mux(goesOn, Step.reads, Step.idle)
+  }
+
   switch(step) {
-    is(Step.idle) {
-      place := from.taken.bits
-      part  := 0.U
-      drops := false.B
-      when(from.taken.valid) { step := Step.reads }
-    }
+    is(Step.idle) { next() }
     is(Step.reads) { when(from.ready) { step := Step.comes } }
     is(Step.comes) {
       word := from.data
@@ -154,7 +164,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
         step := Mux(part === 3.U, Step.asks, Step.reads)
       }
     }
-    is(Step.asks) { when(into.appended) { step := Mux(drops, Step.counts, Step.idle) } }
-    is(Step.counts) { when(into.done) { step := Step.idle } }
+    is(Step.asks) { when(into.appended) { when(drops) { step := Step.counts }.otherwise { next() } } }
+    is(Step.counts) { when(into.done) { next() } }
   }
 }

@@ -172,11 +172,12 @@ class CanPort(
 
   // ---- frames to send ----
 
-  // Whoever has begun to append a slot goes on until it is appended: the host, or a bridge. Reset: the host.
+  // Whoever has begun to append a slot goes on until it is appended: the host, or a bridge, in turns, as in
+  // relay mode a slot takes a bit or two, and the host may request all of them. Reset: the host.
   private val appended = relayed(order.appended)(_.appended)
   private val ofBridge = bridgeInto.fold(false.B) { b =>
     val turn = RegInit(false.B)
-    when(!turn || appended) { turn := b.append.valid && !front.append.valid && !turn }
+    when(appended || (!turn && !front.append.valid)) { turn := b.append.valid && !turn }
     turn
   }
   private val append = Wire(Valid(UInt(log2Ceil(p.slots).W)))
@@ -229,10 +230,11 @@ class CanPort(
   private val stamped = relayed(states.current)(_.stamp.bits)
   when(memory.done(1)) { stamps := false.B }
   when(happens.sent) { stamps := true.B }
+  for (r <- relay) when(r.slots.drops) { stamps := false.B } // the mode has been switched
   stamp.valid       := relayed(stamps)(_.stamp.valid)
   stamp.bits.source := PortMemory.Slots.U(2.W) ## stamped ## 1.U(2.W)
   stamp.bits.target := stamp.bits.source
-  stamp.bits.write  := true.B
+  stamp.bits.write  := stamp.valid // not if the mode has been switched since it was read: to another slot
   stamp.bits.counts := false.B
   stamp.bits.wide   := false.B
   stamp.bits.bytes  := "b1100".U
@@ -310,13 +312,15 @@ class CanPort(
 
   // ---- the other port ----
 
-  // An access of the host reads the FIFO at its end.
+  // A read of the host reads the FIFO at its end. A write may take long, and needs nothing of it.
   for (from <- bridgeFrom; place <- fifo.place; instead <- fifo.instead) {
     val entry  = fifo.second(12, 8)
     val isMine = entry >= CanParams.BridgeFilters.start.U && entry < CanParams.BridgeFilters.end.U
-    from.taken.valid := fifo.accept && isMine && front.control.bridge && !front.control.loopBack
+    // Loop back is of the bus: in relay mode it says nothing (RB-12).
+    val isLooped = front.control.loopBack && !relay.fold(false.B)(_.on)
+    from.taken.valid := fifo.accept && isMine && front.control.bridge && !isLooped
     from.taken.bits  := place
-    from.ready       := !host.req || host.ack
+    from.ready       := !host.req || host.write || host.ack
     from.data        := fifo.data
     instead.valid    := from.read.valid && from.ready
     instead.bits     := from.read.bits

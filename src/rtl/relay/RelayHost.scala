@@ -22,7 +22,7 @@ class RelayHost(least: Int) extends Module {
   val onNext   = IO(Output(Bool()))
   val switches = IO(Output(Bool()))
 
-  /** Core cycles of a bit (RB-26). */
+  /** Core cycles of a bit (RB-26): what was written, or the shortest or longest there is. */
   val bitCycles = IO(Output(UInt(8.W)))
 
   /** The host says that an address conflict is over. */
@@ -103,7 +103,7 @@ class RelayHost(least: Int) extends Module {
   host.rdata := Mux1H(
     Seq(
       isAt(RingRegisters.Address) -> (conflict ## 0.U(11.W) ## relay ## 0.U(8.W)),
-      isAt(RingRegisters.LinkBit) -> (high ## low ## bit.pad(16)),
+      isAt(RingRegisters.LinkBit) -> (high ## low ## bitCycles.pad(16)),
       isAt(RingRegisters.Retries) -> (life ## 0.U(8.W) ## retries),
       isAt(RingRegisters.Events)  -> (mask ## 0.U(15.W) ## event ## 0.U(RingRegisters.ConflictEvent.W)),
       isFar                       -> (second ## first)

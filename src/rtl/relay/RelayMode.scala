@@ -136,12 +136,23 @@ class RelayMode(p: CanParams) extends Module {
   port.load        := bytes.load
   port.order       := list.read
 
-  // The stamp of a frame is that of the bit in which its last copy began (RB-17). Reset: there is none.
+  // The stamp of a frame is that of the start of its last copy (RB-17), which leaves with the bit behind the
+  // decision. Reset: there is none.
+  private val begun  = RegInit(VecInit(false.B, false.B))
   private val stamps = RegInit(VecInit(false.B, false.B))
   private val stamp  = Mux(stamps(0), own.leaves(0), own.leaves(1))
+  private val leaves = RegNext(passing.tick, false.B) // the time of that bit is there
   for (q <- 0 to 1) {
     when(port.stamped && port.stamp.valid && (q == 0).B === stamps(0)) { stamps(q) := false.B }
-    when(RegNext(passing.begins(q), false.B)) { stamps(q) := !own.leaves(q).isLife }
+    when(leaves && begun(q)) {
+      begun(q)  := false.B
+      stamps(q) := !own.leaves(q).isLife
+    }
+    when(RegNext(passing.begins(q), false.B)) { begun(q) := true.B }
+    when(!setting.on) {
+      begun(q)  := false.B
+      stamps(q) := false.B
+    }
   }
   port.stamp.valid := stamps.asUInt.orR
   port.stamp.bits  := stamp.slot

@@ -2,6 +2,7 @@ package flyframe.relay
 
 import flyframe.can.CanFrame
 import flyframe.registers.{CanRegisters, RingRegisters}
+import scala.util.Random
 
 /** Own frames, and receiving: FR-55 to FR-63. A bit is 0.5 us, `confirmUs` 400. */
 trait ConfirmRules extends RelayCases {
@@ -220,10 +221,37 @@ trait ConfirmRules extends RelayCases {
     assert(own(b, 0, second).map(_.header.kind) == Seq(LinkKind.Start))
   }
 
+  "RB-25: links in bus mode" should "say nothing, and count nothing" in withNode { node =>
+    val b      = new RelayBench(node)
+    val random = new Random(3)
+    for (port <- 0 to 1) {
+      b.up(port) = true
+      // Bits of a bus, some as long as several of a link, frames with an end that is wrong, and silence.
+      for (_ <- 1 to 60) b.send(port, Seq.fill(1 + random.nextInt(9))(random.nextBoolean()))
+      for (_ <- 1 to 40) b.send(port, Seq.fill(1 + random.nextInt(9))(false) ++ Seq.fill(7)(true))
+      b.send(port, RelayBench.levels(from(3, 1), data(5)).dropRight(1))
+      b.send(port, Seq.fill(LinkFrame.EndBits)(true) ++ Seq.fill(400)(false) :+ true)
+    }
+    b.finish()
+    // What comes when the mode is switched is the rest of a frame: it may look like a start.
+    for (port <- 0 to 1) b.send(port, from(4, 1), data(6))
+    b.run(60)
+    b.write(RingRegisters.Control, 1 << RingRegisters.Relay)
+    assert(!node.isStuck(0) && !node.isStuck(1))
+    b.finish()
+    for (which <- Seq(RelayCounter.BadHeader, RelayCounter.BadFrame); port <- 0 to 1)
+      assert(counter(b, which + port) == 0)
+    b.start(7)
+    b.send(0, from(3, 2), data(8))
+    b.run(300)
+    assert(b.received() == Seq(data(8)))
+  }
+
   "RB-26: bits of impossible lengths" should "be as long as the nearest possible one" in {
     for ((cycles, register) <- Seq(25 -> 10, 250 -> 255)) withNode { node =>
       val b = new RelayBench(node, bit = cycles)
       b.write(RingRegisters.LinkBit, register, 0)
+      assert(b.node.read(RingRegisters.LinkBit, 2) == Seq(cycles, 0))
       b.start(7, confirmUs = 40)
       b.send(0, from(3, 1), data(5))
       b.run(300)
@@ -241,6 +269,19 @@ trait ConfirmRules extends RelayCases {
     val slot  = time(b.node.read(CanRegisters.SlotStarts(0) + 6, 2))
     val frame = time(b.node.read(CanRegisters.PortStarts(0) + CanRegisters.RxFrame + 6, 2))
     assert(slot - now <= 2 && slot >= now && frame - now <= 2 && frame >= now)
+  }
+
+  it should "be those of start bits when a bit is longer than a microsecond, too" in withNode { node =>
+    val b = new RelayBench(node, bit = 200)
+    b.write(RingRegisters.LinkBit, b.bit, 0)
+    b.start(7, confirmUs = 40)
+    b.write(RingRegisters.Confirm, 0xff, 0xff)
+    b.request(0, data(1))
+    while (node.level(0) && node.level(1)) b.cycle()
+    val start = node.cycle / 50
+    b.run(20)
+    val bytes = b.node.read(CanRegisters.SlotStarts(0) + 6, 2)
+    assert(((bytes.head | bytes(1) << 8) - start).abs <= 1)
   }
 
   "FR-15, FR-58: own frames of a node that is alone" should "fail" in bench() { b =>
@@ -385,7 +426,7 @@ trait ConfirmRules extends RelayCases {
   }
 
   "FR-45, FR-59: random bits" should "deliver nothing, and leave the node able" in bench() { b =>
-    val random = new scala.util.Random(8)
+    val random = new Random(8)
     for (port <- 0 to 1) b.send(port, Seq.fill(20000)(random.nextBoolean()) ++ Seq.fill(20)(true))
     b.finish()
     assert(b.received().isEmpty)

@@ -65,4 +65,55 @@ class ModeSwitchSpec extends AnyFlatSpec {
       info(s"${ended._1} were sent, ${ended._2} failed")
       assert(ended._1 > 25 && ended._2 > 8)
     }
+
+  "CAN-45, RB-17, RB-25: a switch of the mode while a time stamp is written" should "change no slot" in
+    RelaySimulation { node =>
+      val b               = new RelayBench(node)
+      val (inBus, inRing) = (3, 5)
+      def at(slot: Int)   = CanRegisters.SlotStarts(0) + slot * CanRegisters.FrameBytes
+      val frames =
+        Map(inBus -> 8, inRing -> 1).map { case (slot, dlc) =>
+          slot -> CanFrame(slot, extended = true, remote = false, dlc, Seq.fill(dlc)(slot))
+        }
+      def request(slot: Int): Unit = b.write(port + CanRegisters.Requests, 1 << slot, 0)
+      def filled(): Unit = for ((slot, frame) <- frames) b.node.write(at(slot), frame.bytes())
+
+      /** A slot is sent in either mode. Cycles from the request on, in relay mode, to the start bit; or the mode
+        * is switched so long behind it.
+        */
+      def once(switch: Option[Int]): Int = {
+        b.write(RingRegisters.Control, 0)
+        b.write(port + CanRegisters.Control, 0)
+        filled()
+        b.write(port + CanRegisters.Timing, bit: _*)
+        b.write(port + CanRegisters.Control, Run)
+        b.run(30)
+        request(inBus)
+        b.run(300)
+        assert((b.map(CanRegisters.Sent) >> inBus & 1) == 1)
+        b.write(port + CanRegisters.Sent, 0xff, 0xff)
+        b.write(port + CanRegisters.Control, 0)
+        b.start(7, confirmUs = 40)
+        b.run(40)
+        while (node.cycle % b.bit != 5) b.cycle()
+        request(inRing)
+        val first = node.cycle
+        switch match {
+          case None => while (node.level(0)) b.cycle()
+          case Some(cycles) =>
+            while (node.cycle < first + cycles) b.cycle()
+            b.write(RingRegisters.Control, 0)
+        }
+        val took = (node.cycle - first).toInt
+        b.run(20)
+        for ((slot, frame) <- frames) {
+          val stands = b.node.read(at(slot), CanRegisters.FrameBytes)
+          assert(CanFrame.of(stands) == frame, s"slot $slot, switched behind $switch cycles")
+        }
+        took
+      }
+      val begins = once(None)
+      assert(begins < 5 * b.bit)
+      for (cycles <- begins - 6 to begins + 8) once(Some(cycles))
+    }
 }

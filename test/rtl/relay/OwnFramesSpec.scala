@@ -12,12 +12,10 @@ import scala.util.Random
 
 class OwnFramesSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Own frames in RTL against the model", "core cycles", test = 1200000, soak = 10000000)
-  private val p    = CanParams()
-  private val Own  = 23
-  private val Run  = 200000
-  private val Ids  = 12 // in half of the runs identifiers are few, so that they meet
-  private val Unit = 10 * p.coreClockMhz
+    Tier("Own frames in RTL against the model", "bits", test = 48000, soak = 600000)
+  private val Own = 23
+  private val Run = 8000 // shortest bits
+  private val Ids = 12   // in half of the runs identifiers are few, so that they meet
 
   /** What comes in at a port: frames of others, and own ones that come home, some with wrong numbers. */
   private class Source(random: Random, bit: Int, isCalm: Boolean) {
@@ -58,11 +56,16 @@ class OwnFramesSpec extends AnyFlatSpec {
   }
 
   "FR-55 to FR-58, FR-61, FR-62, RB-11 to RB-16, RB-22, RB-24: what a node does with own frames" should
-    "be what the model does, in each cycle" in
-    RawTester.test(new OwnNode(p), Simulation.annotations(this, "own frames")) { dut =>
+    "be what the model does, in each cycle" in {
       val seen = mutable.Map.empty[String, Long].withDefaultValue(0L)
-      for (run <- 0L until tier.size by Run)
-        new Node(dut, new Random(run), seen, isCalm = run % (2 * Run) > 0).run(run)
+      // The schedule of 50 MHz and that of 100.
+      for ((mhz, weight) <- Seq(50 -> 2, 100 -> 1)) {
+        val p = CanParams(coreClockMhz = mhz)
+        RawTester.test(new OwnNode(p), Simulation.annotations(this, s"own frames $mhz")) { dut =>
+          for (run <- 0L until tier.share(weight, 3) by Run)
+            new Node(dut, p, new Random(mhz + run), seen, isCalm = run % (2 * Run) > 0).run(run)
+        }
+      }
       println(seen.toSeq.sorted.mkString("Own frames: ", ", ", "."))
       for (what <- Seq("sent", "confirmed", "failed", "repeated", "conflicts", "lives", "aborts"))
         assert(seen(what) > 0, s"there were $what")
@@ -71,7 +74,7 @@ class OwnFramesSpec extends AnyFlatSpec {
 
   "CAN-40, FR-55: slots that are given up at any moment" should
     "be over once, and never be on their way without being pending" in
-    RawTester.test(new OwnNode(p), Simulation.annotations(this, "given up")) { dut =>
+    RawTester.test(new OwnNode(CanParams()), Simulation.annotations(this, "given up")) { dut =>
       dut.clock.setTimeout(0)
       val random                   = new Random(5)
       var (requested, over, begun) = (0, 0, 0)
@@ -130,8 +133,16 @@ class OwnFramesSpec extends AnyFlatSpec {
     }
 
   /** RTL and model, from a reset on. */
-  private class Node(dut: OwnNode, random: Random, seen: mutable.Map[String, Long], isCalm: Boolean) {
-    private val bit     = if (isCalm || random.nextBoolean()) 25 else random.between(25, 60)
+  private class Node(
+      dut: OwnNode,
+      p: CanParams,
+      random: Random,
+      seen: mutable.Map[String, Long],
+      isCalm: Boolean
+  ) {
+    private val least   = LinkTiming.least(p.coreClockMhz)
+    private val unit    = 10 * p.coreClockMhz
+    private val bit     = if (isCalm || random.nextBoolean()) least else random.between(least, least + 35)
     private val model   = new RelayModel(p)
     private val up      = Array(random.nextBoolean(), true)
     private val sources = Seq.fill(2)(new Source(random, bit, isCalm))
@@ -239,7 +250,7 @@ class OwnFramesSpec extends AnyFlatSpec {
 
     def run(number: Long): Unit = {
       start()
-      for (cycle <- 0 until Run) {
+      for (cycle <- 0 until Run * least) {
         // Sequences are used up while nothing comes home and nothing is repeated.
         if (isCalm && cycle % bit == bit - 2 && (cycle / bit == 1000 || cycle / bit == 6500)) {
           losses = if (cycle / bit == 1000) 10 else 0
@@ -277,7 +288,7 @@ class OwnFramesSpec extends AnyFlatSpec {
           if (delays(q) >= 0) delays(q) -= 1
           if (dut.received(q).peekBoolean() && came(q).nonEmpty) delays(q) = random.nextInt(10)
         }
-        dut.unit.poke(cycle % Unit == 0 && cycle > 0)
+        dut.unit.poke(cycle % unit == 0 && cycle > 0)
         dut.aborts.poke(0)
         dut.restart.poke(false)
         if (cycle % bit == bit - 2) host(cycle)

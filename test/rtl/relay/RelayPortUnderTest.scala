@@ -2,14 +2,16 @@ package flyframe.relay
 
 import chisel3._
 import flyframe.RingNode
-import flyframe.can.CanPort
+import flyframe.can.{Bridge, CanPort}
 import flyframe.fibre.RingHost
 import flyframe.memory.HostPort
 import flyframe.node.NodeTime
 import flyframe.params.CanParams
 import flyframe.registers.{CanRegisters, RingRegisters}
 
-/** Relay mode with its CAN port and its registers, but without what makes tones of levels. */
+/** Relay mode with its CAN port and its registers, but without what makes tones of levels. With a bridge there
+  * is port T, too, on a bus of its own.
+  */
 class RelayPortUnderTest(p: CanParams) extends Module {
   val heard = IO(Input(Vec(2, Bool())))
   val up    = IO(Input(Vec(2, Bool())))
@@ -38,6 +40,17 @@ class RelayPortUnderTest(p: CanParams) extends Module {
   port.time           := time.timer
   irq                 := relay.irq
 
+  private val pair = Option.when(p.bridge)(Module(new CanPort(p, 1)))
+  for (t <- pair) {
+    t.rx   := true.B
+    t.time := time.timer
+    for ((from, into, waits) <- Seq((port, t, true), (t, port, false))) {
+      val bridge = Module(new Bridge(p, waits))
+      bridge.from <> from.bridgeFrom.get
+      bridge.into <> into.bridgeInto.get
+    }
+  }
+
   // What the ring's own mode would say.
   ring.ring := 0.U.asTypeOf(ring.ring)
   for (n <- 0 to 1) {
@@ -49,18 +62,23 @@ class RelayPortUnderTest(p: CanParams) extends Module {
 
   private val page      = host.addr(15, 8)
   private val isCounter = host.addr(15, 5) === (RingRegisters.Counters >> 5).U
-  private val isPort =
-    isCounter || Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
-      .map(starts => page === (starts.head >> 8).U)
-      .reduce(_ || _)
-  private val isFar = page === (RingRegisters.Distances >> 8).U
-  for ((unit, isMeant) <- Seq(port.host -> isPort, ring.host -> (!isPort && !isFar), relay.host -> !isPort)) {
+  private def isOf(n: Int) = Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
+    .map(starts => page === (starts(n) >> 8).U)
+    .reduce(_ || _)
+  private val isPort = isCounter || isOf(0)
+  private val isPair = pair.fold(false.B)(_ => isOf(1))
+  private val isRing = !isPort && !isPair
+  private val isFar  = page === (RingRegisters.Distances >> 8).U
+  private val units = Seq(port.host -> isPort, ring.host -> (isRing && !isFar), relay.host -> isRing) ++
+    pair.map(_.host -> isPair)
+  for ((unit, isMeant) <- units) {
     unit.req   := host.req && isMeant
     unit.write := host.write
     unit.addr  := host.addr
     unit.wdata := host.wdata
     unit.be    := host.be
   }
-  host.ack   := port.host.ack || ring.host.ack || relay.host.ack
-  host.rdata := Mux(isPort, port.host.rdata, Mux(isFar, 0.U, ring.host.rdata) | relay.host.rdata)
+  host.ack := units.map(_._1.ack).reduce(_ || _)
+  private val ofRing = Mux(isFar, 0.U, ring.host.rdata) | relay.host.rdata
+  host.rdata := Mux(isPort, port.host.rdata, pair.foldLeft(ofRing)((r, t) => Mux(isPair, t.host.rdata, r)))
 }

@@ -77,12 +77,16 @@ class RtlRelayNode(dut: RelayPortUnderTest) extends RelayUnderTest {
 }
 
 object RelaySimulation {
-  private def simulation(p: CanParams) =
-    new StandingSimulation(new RelayPortUnderTest(p), this, s"relay mode ${p.coreClockMhz}")
-  private val simulations =
-    Seq(50, 100).map(mhz => CanParams(coreClockMhz = mhz)).map(p => p -> simulation(p)).toMap
 
-  /** Runs `body` with a node fresh out of reset: one of 50 MHz, or one of 100 MHz. */
+  /** With port T and a FIFO that is soon full. */
+  val Bridged: CanParams = CanParams(rxFrames = 16, bridge = true)
+
+  private def simulation(p: CanParams) =
+    new StandingSimulation(new RelayPortUnderTest(p), this, s"relay mode ${p.coreClockMhz} ${p.bridge}")
+  private val simulations =
+    Seq(CanParams(), CanParams(coreClockMhz = 100), Bridged).map(p => p -> simulation(p)).toMap
+
+  /** Runs `body` with a node fresh out of reset: of 50 MHz, of 100 MHz, or [[Bridged]]. */
   def apply(body: RelayUnderTest => Unit, p: CanParams = CanParams()): Unit =
     simulations(p)(dut => body(new RtlRelayNode(dut)))
 }
