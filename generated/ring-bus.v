@@ -2512,6 +2512,7 @@ module PortMemory(
   input         job_1_valid,
   input  [7:0]  job_1_bits_source,
   input  [7:0]  job_1_bits_target,
+  input         job_1_bits_write,
   input  [31:0] job_1_bits_data,
   input         job_2_valid,
   input  [7:0]  job_2_bits_source,
@@ -2583,7 +2584,8 @@ module PortMemory(
     isWide <= _atHand_T_32 & _atHand_T[3] & job_3_bits_wide;
   end // always @(posedge)
   assign _ram_write =
-    ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
+    ~(clearing[8]) | (|writes)
+    & (_atHand_T[0] | _atHand_T[1] & job_1_bits_write | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
@@ -3551,6 +3553,7 @@ module CanPort(
     .job_1_valid       (stamps),
     .job_1_bits_source (stamp_bits_target),
     .job_1_bits_target (stamp_bits_target),
+    .job_1_bits_write  (stamps),
     .job_1_bits_data   (_memory_job_1_bits_data),
     .job_2_valid       (_memory_job_2_valid),
     .job_2_bits_source (_memory_job_2_bits_source),

@@ -2648,6 +2648,7 @@ module PortMemory(
   input         job_1_valid,
   input  [7:0]  job_1_bits_source,
   input  [7:0]  job_1_bits_target,
+  input         job_1_bits_write,
   input  [31:0] job_1_bits_data,
   input         job_2_valid,
   input  [7:0]  job_2_bits_source,
@@ -2729,7 +2730,8 @@ module PortMemory(
   end // always @(posedge)
   assign _ram_write =
     ~(clearing[8]) | (|writes)
-    & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3] & job_3_bits_write | _atHand_T[4]);
+    & (_atHand_T[0] | _atHand_T[1] & job_1_bits_write | _atHand_T[2] & job_2_bits_write | _atHand_T[3]
+       & job_3_bits_write | _atHand_T[4]);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
@@ -3414,7 +3416,6 @@ module CanPort(
   wire        _memory_job_0_bits_counts;
   wire [3:0]  _memory_job_0_bits_bytes;
   wire [31:0] _memory_job_0_bits_data;
-  wire        _memory_job_1_valid;
   wire [31:0] _memory_job_1_bits_data;
   wire        _memory_job_2_valid;
   wire [7:0]  _memory_job_2_bits_source;
@@ -3552,6 +3553,7 @@ module CanPort(
   reg         order_changedNow_REG;
   assign _front_appended_T_1 = appended & ~ofBridge;
   reg         stamps;
+  wire        stamp_valid = relay_on ? relay_stamp_valid : stamps;
   wire [7:0]  stamp_bits_target = {2'h0, relay_on ? relay_stamp_bits : _states_current, 2'h1};
   reg         valid;
   wire        accepted = valid & _filter_done;
@@ -3560,7 +3562,7 @@ module CanPort(
   wire [1:0]  state = runs ? (_engine_busOff ? 2'h3 : _engine_passive ? 2'h2 : 2'h1) : 2'h0;
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
-  wire        bridgeFrom_ready_0 = ~host_req | _front_host_ack;
+  wire        bridgeFrom_ready_0 = ~host_req | host_write | _front_host_ack;
   reg  [15:0] relay_abort_REG;
   wire        _impossible_T = _front_timing_tseg1 == 6'h0;
   always @(posedge clock or posedge reset) begin
@@ -3591,11 +3593,11 @@ module CanPort(
       mode_loopBack <= _front_control_loopBack;
       mode_listenOnly <= _front_control_listenOnly;
       engine_mode_run_REG <= runs;
-      if (~ofBridge | appended)
-        ofBridge <= bridgeInto_append_valid & ~_front_append_valid & ~ofBridge;
+      if (appended | ~ofBridge & ~_front_append_valid)
+        ofBridge <= bridgeInto_append_valid & ~ofBridge;
       shift_begins_REG <= _engine_events_takes;
       order_changedNow_REG <= _front_orders_requested | bridged;
-      stamps <= _engine_events_sent | ~(_memory_done[1]) & stamps;
+      stamps <= ~relay_slots_drops & (_engine_events_sent | ~(_memory_done[1]) & stamps);
       valid <= _engine_events_received | ~accepted & valid;
       events_state_REG <= state;
       events_state_REG_1 <= _engine_warning;
@@ -3832,7 +3834,6 @@ module CanPort(
   );
   assign _memory_load_valid = relay_on ? relay_load_valid : _shift_load_valid;
   assign _memory_load_bits = relay_on ? relay_load_bits : {_states_current, _shift_load_bits};
-  assign _memory_job_1_valid = relay_on ? relay_stamp_valid : stamps;
   assign _memory_job_1_bits_data = {relay_on ? relay_time : sofTime, 16'h0};
   assign _memory_order_valid = relay_on ? relay_order_valid : _order_read_valid;
   assign _memory_order_bits = relay_on ? relay_order_bits : _order_read_bits;
@@ -3848,9 +3849,10 @@ module CanPort(
     .job_0_bits_counts (_memory_job_0_bits_counts),
     .job_0_bits_bytes  (_memory_job_0_bits_bytes),
     .job_0_bits_data   (_memory_job_0_bits_data),
-    .job_1_valid       (_memory_job_1_valid),
+    .job_1_valid       (stamp_valid),
     .job_1_bits_source (stamp_bits_target),
     .job_1_bits_target (stamp_bits_target),
+    .job_1_bits_write  (stamp_valid),
     .job_1_bits_data   (_memory_job_1_bits_data),
     .job_2_valid       (_memory_job_2_valid),
     .job_2_bits_source (_memory_job_2_bits_source),
@@ -4021,7 +4023,7 @@ module CanPort(
   assign relay_busy = bridgeFrom_busy;
   assign bridgeFrom_taken_valid =
     _fifo_accept_T_1 & (|(_fifo_second_T_4[12:11])) & ~(_fifo_second_T_4[12]) & _front_control_bridge
-    & ~_front_control_loopBack;
+    & ~(_front_control_loopBack & ~relay_on);
   assign bridgeFrom_ready = bridgeFrom_ready_0;
   assign bridgeFrom_data = _fifo_data;
   assign bridgeInto_pending = _states_pending[15:8];
@@ -4793,6 +4795,7 @@ module PortMemory_1(
   input         job_1_valid,
   input  [7:0]  job_1_bits_source,
   input  [7:0]  job_1_bits_target,
+  input         job_1_bits_write,
   input  [31:0] job_1_bits_data,
   input         job_2_valid,
   input  [7:0]  job_2_bits_source,
@@ -4864,7 +4867,8 @@ module PortMemory_1(
   end // always @(posedge)
   assign _ram_write =
     ~(clearing[8]) | (|writes)
-    & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3] & job_3_bits_write);
+    & (_atHand_T[0] | _atHand_T[1] & job_1_bits_write | _atHand_T[2] & job_2_bits_write | _atHand_T[3]
+       & job_3_bits_write);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
@@ -5326,7 +5330,7 @@ module CanPort_1(
   wire [1:0]  state = runs ? (_engine_busOff ? 2'h3 : _engine_passive ? 2'h2 : 2'h1) : 2'h0;
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
-  wire        bridgeFrom_ready_0 = ~host_req | _front_host_ack;
+  wire        bridgeFrom_ready_0 = ~host_req | host_write | _front_host_ack;
   wire        _impossible_T = _front_timing_tseg1 == 6'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -5356,8 +5360,8 @@ module CanPort_1(
       mode_loopBack <= _front_control_loopBack;
       mode_listenOnly <= _front_control_listenOnly;
       engine_mode_run_REG <= runs;
-      if (~ofBridge | _order_appended)
-        ofBridge <= bridgeInto_append_valid & ~_front_append_valid & ~ofBridge;
+      if (_order_appended | ~ofBridge & ~_front_append_valid)
+        ofBridge <= bridgeInto_append_valid & ~ofBridge;
       shift_begins_REG <= _engine_events_takes;
       order_changedNow_REG <= _front_orders_requested | bridged;
       stamps <= _engine_events_sent | ~(_memory_done[1]) & stamps;
@@ -5565,6 +5569,7 @@ module CanPort_1(
     .job_1_valid       (stamps),
     .job_1_bits_source (stamp_bits_target),
     .job_1_bits_target (stamp_bits_target),
+    .job_1_bits_write  (stamps),
     .job_1_bits_data   (_memory_job_1_bits_data),
     .job_2_valid       (_memory_job_2_valid),
     .job_2_bits_source (_memory_job_2_bits_source),
@@ -5939,6 +5944,7 @@ module LinkInput(
   input         renew,
   input         restart,
   input         tick,
+  input         rests,
   input         heard,
   input  [6:0]  address,
   output        stuck,
@@ -5967,13 +5973,18 @@ module LinkInput(
   wire        _receiver_events_identified;
   wire        _receiver_events_good;
   wire        _receiver_events_bad;
+  wire        _receiver_events_badHeader;
+  wire        _receiver_events_badFrame;
   wire        _receiver_events_byte;
   wire [31:0] _receiver_word;
   wire [4:0]  _receiver_index;
   wire        _bits_restart;
+  wire        _bits_heard;
   wire        _bits_hard;
   wire        _bits_sample_valid;
   wire        _bits_sample_bits;
+  reg         anew_REG;
+  wire        anew = restart | ~rests & anew_REG;
   reg         soFar_header;
   reg         soFar_identified;
   reg         soFar_bad;
@@ -5998,6 +6009,7 @@ module LinkInput(
   wire [4:0]  _soFar_T = tick ? 5'h0 : all;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
+      anew_REG <= 1'h1;
       soFar_header <= 1'h0;
       soFar_identified <= 1'h0;
       soFar_bad <= 1'h0;
@@ -6013,18 +6025,17 @@ module LinkInput(
       REG <= 1'h0;
     end
     else begin
-      soFar_header <= _soFar_T[4];
-      soFar_identified <= _soFar_T[3];
-      soFar_bad <= _soFar_T[2];
-      soFar_good <= _soFar_T[1];
-      soFar_starts <= _soFar_T[0];
-      if (tick) begin
-        told_header <= all[4];
-        told_identified <= all[3];
-        told_bad <= all[2];
-        told_good <= all[1];
-        told_starts <= all[0];
-      end
+      anew_REG <= rests;
+      soFar_header <= ~rests & _soFar_T[4];
+      soFar_identified <= ~rests & _soFar_T[3];
+      soFar_bad <= ~rests & _soFar_T[2];
+      soFar_good <= ~rests & _soFar_T[1];
+      soFar_starts <= ~rests & _soFar_T[0];
+      told_header <= ~rests & (tick ? all[4] : told_header);
+      told_identified <= ~rests & (tick ? all[3] : told_identified);
+      told_bad <= ~rests & (tick ? all[2] : told_bad);
+      told_good <= ~rests & (tick ? all[1] : told_good);
+      told_starts <= ~rests & (tick ? all[0] : told_starts);
       stores <= _receiver_events_byte | ~takes & stores;
       names <= _receiver_events_identified | ~takesName & names;
       REG <= _receiver_events_header;
@@ -6034,7 +6045,8 @@ module LinkInput(
     if (REG)
       isLastReg <= _receiver_word[15:8] == 8'h0;
   end // always @(posedge)
-  assign _bits_restart = renew | restart;
+  assign _bits_restart = renew | anew;
+  assign _bits_heard = heard | rests;
   LinkBits bits (
     .clock          (clock),
     .reset          (reset),
@@ -6045,7 +6057,7 @@ module LinkInput(
     .setting_late   (setting_late),
     .setting_beside (setting_beside),
     .restart        (_bits_restart),
-    .heard          (heard),
+    .heard          (_bits_heard),
     .hard           (_bits_hard),
     .sample_valid   (_bits_sample_valid),
     .sample_bits    (_bits_sample_bits)
@@ -6055,7 +6067,7 @@ module LinkInput(
     .reset             (reset),
     .sample_valid      (_bits_sample_valid),
     .sample_bits       (_bits_sample_bits),
-    .restart           (restart),
+    .restart           (anew),
     .address           (address),
     .idle              (_bits_hard),
     .stuck             (stuck),
@@ -6064,8 +6076,8 @@ module LinkInput(
     .events_identified (_receiver_events_identified),
     .events_good       (_receiver_events_good),
     .events_bad        (_receiver_events_bad),
-    .events_badHeader  (badHeader),
-    .events_badFrame   (badFrame),
+    .events_badHeader  (_receiver_events_badHeader),
+    .events_badFrame   (_receiver_events_badFrame),
     .events_byte       (_receiver_events_byte),
     .word              (_receiver_word),
     .index             (_receiver_index),
@@ -6084,6 +6096,8 @@ module LinkInput(
   assign byte_valid = stores;
   assign byte_bits = _receiver_word[7:0] - {7'h0, _receiver_index == 5'h3};
   assign index = _receiver_index;
+  assign badHeader = _receiver_events_badHeader & ~rests;
+  assign badFrame = _receiver_events_badFrame & ~rests;
 endmodule
 
 module LinkSender(
@@ -6678,6 +6692,7 @@ module PassingOn(
   wire [4:0]  _senders_0_fetch_bits;
   wire        _senders_0_isOwn;
   wire        _inputs_1_restart;
+  wire        _inputs_1_rests;
   wire        _inputs_1_heard;
   wire        _inputs_1_takesName;
   wire        _inputs_1_takes;
@@ -6696,6 +6711,7 @@ module PassingOn(
   wire [7:0]  _inputs_1_byte_bits;
   wire [4:0]  _inputs_1_index;
   wire        _inputs_0_restart;
+  wire        _inputs_0_rests;
   wire        _inputs_0_heard;
   wire        _inputs_0_takesName;
   wire        _inputs_0_takes;
@@ -6923,6 +6939,7 @@ module PassingOn(
     end
   end // always @(posedge, posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
+  assign _inputs_0_rests = ~on;
   assign _inputs_0_heard = heard_0 | ~upNow_0;
   LinkInput inputs_0 (
     .clock                 (clock),
@@ -6936,6 +6953,7 @@ module PassingOn(
     .renew                 (renew),
     .restart               (_inputs_0_restart),
     .tick                  (_tick_output),
+    .rests                 (_inputs_0_rests),
     .heard                 (_inputs_0_heard),
     .address               (address),
     .stuck                 (stuck_0),
@@ -6959,6 +6977,7 @@ module PassingOn(
     .badFrame              (counts_badFrame_0)
   );
   assign _inputs_1_restart = upNow_1 != upReg_1;
+  assign _inputs_1_rests = ~on;
   assign _inputs_1_heard = heard_1 | ~upNow_1;
   LinkInput inputs_1 (
     .clock                 (clock),
@@ -6972,6 +6991,7 @@ module PassingOn(
     .renew                 (renew),
     .restart               (_inputs_1_restart),
     .tick                  (_tick_output),
+    .rests                 (_inputs_1_rests),
     .heard                 (_inputs_1_heard),
     .address               (address),
     .stuck                 (stuck_1),
@@ -8684,12 +8704,13 @@ module RelayHost(
   wire        isControl = _clears_T & host_addr[15:2] == 14'h4 & host_be[1];
   wire        _onNext_output = isControl ? host_wdata[8] : relay;
   reg         switches_REG;
+  wire [7:0]  _bitCycles_output = bit_0 < 8'h32 ? 8'h32 : bit_0 > 8'hFA ? 8'hFA : bit_0;
   reg         event_0;
   reg         mask;
   reg         event_REG;
   wire [31:0] _host_rdata_T_25 =
     {11'h0, host_addr[15:2] == 14'h4 ? {conflict, 11'h0, relay, 8'h0} : 21'h0}
-    | (host_addr[15:2] == 14'h5 ? {high, low, 8'h0, bit_0} : 32'h0);
+    | (host_addr[15:2] == 14'h5 ? {high, low, 8'h0, _bitCycles_output} : 32'h0);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       acknowledged <= 1'h0;
@@ -8749,7 +8770,7 @@ module RelayHost(
   assign setting_oneShot = oneShot;
   assign onNext = _onNext_output;
   assign switches = switches_REG;
-  assign bitCycles = bit_0 < 8'h32 ? 8'h32 : bit_0 > 8'hFA ? 8'hFA : bit_0;
+  assign bitCycles = _bitCycles_output;
   assign restart = isControl & host_wdata[12];
   assign irq = event_0 & mask;
   assign asks_valid = _asks_valid_output;
@@ -8924,20 +8945,28 @@ module RelayMode(
   reg  [5:0]  units;
   reg         unit;
   reg  [15:0] tickTime;
+  reg         begun_0;
+  reg         begun_1;
   reg         stamps_0;
   reg         stamps_1;
+  reg         leaves;
   reg         REG;
   reg         REG_1;
   wire [1:0]  _port_stamp_valid_T = {stamps_1, stamps_0};
   wire        isTen = us & tens == 4'h9;
   wire        _GEN = port_stamped & (|_port_stamp_valid_T);
+  wire        _GEN_0 = leaves & begun_0;
+  wire        _GEN_1 = leaves & begun_1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       tens <= 4'h0;
       units <= 6'h0;
       unit <= 1'h0;
+      begun_0 <= 1'h0;
+      begun_1 <= 1'h0;
       stamps_0 <= 1'h0;
       stamps_1 <= 1'h0;
+      leaves <= 1'h0;
       REG <= 1'h0;
       REG_1 <= 1'h0;
     end
@@ -8951,14 +8980,11 @@ module RelayMode(
       if (unit)
         units <= units + 6'h1;
       unit <= isTen;
-      if (REG)
-        stamps_0 <= ~_own_leaves_0_isLife;
-      else
-        stamps_0 <= ~(_GEN & stamps_0) & stamps_0;
-      if (REG_1)
-        stamps_1 <= ~_own_leaves_1_isLife;
-      else
-        stamps_1 <= ~(_GEN & ~stamps_0) & stamps_1;
+      begun_0 <= _front_setting_on & (REG | ~_GEN_0 & begun_0);
+      begun_1 <= _front_setting_on & (REG_1 | ~_GEN_1 & begun_1);
+      stamps_0 <= _front_setting_on & (_GEN_0 ? ~_own_leaves_0_isLife : ~(_GEN & stamps_0) & stamps_0);
+      stamps_1 <= _front_setting_on & (_GEN_1 ? ~_own_leaves_1_isLife : ~(_GEN & ~stamps_0) & stamps_1);
+      leaves <= _passing_tick;
       REG <= _passing_begins_0;
       REG_1 <= _passing_begins_1;
     end
@@ -9402,130 +9428,162 @@ module Bridge(
   reg  [31:0] word;
   reg  [2:0]  slot;
   reg         drops;
+  reg         more;
   reg  [2:0]  at;
   reg         found;
   reg  [31:0] lastKey;
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
+  wire        into_append_valid_0 = step == 4'h9;
   wire        counts = step == 4'hA;
+  wire        isRead = ~(|step) | into_append_valid_0 | counts;
   wire        looks = step == 4'h4;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
   wire        _into_job_bits_data_T = part == 2'h1;
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   wire [7:0]  _GEN_0 = {5'h0, slot};
-  wire        _GEN_1 = into_pending != 8'hFF;
-  wire        _GEN_2 = _skips_T[0] | into_done;
-  wire [7:0]  _GEN_3 = into_pending >> _GEN_0;
-  reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_4 = step == 4'hA & into_done ? 4'h0 : step;
-  always @(*) begin
-    casez (step)
-      4'b0000:
-        casez_tmp = from_taken_valid ? 4'h1 : step;
-      4'b0001:
-        casez_tmp = from_ready ? 4'h2 : step;
-      4'b0010:
-        casez_tmp = part == 2'h0 ? 4'h3 : 4'h8;
-      4'b0011:
-        casez_tmp = _GEN_1 ? 4'h8 : 4'h4;
-      4'b0100:
-        casez_tmp = _isFree_T[0] ? (_GEN_2 & (&at) ? 4'h5 : step) : 4'h8;
-      4'b0101:
-        casez_tmp = isBetter ? 4'h6 : 4'hA;
-      4'b0110:
-        casez_tmp = 4'h7;
-      4'b0111:
-        casez_tmp = _GEN_3[0] ? 4'h4 : 4'h8;
-      4'b1000:
-        casez_tmp = into_done ? {&part, 3'h1} : step;
-      4'b1001:
-        casez_tmp = into_appended ? (drops ? 4'hA : 4'h0) : step;
-      4'b1010:
-        casez_tmp = _GEN_4;
-      4'b1011:
-        casez_tmp = _GEN_4;
-      4'b1100:
-        casez_tmp = _GEN_4;
-      4'b1101:
-        casez_tmp = _GEN_4;
-      4'b1110:
-        casez_tmp = _GEN_4;
-      default:
-        casez_tmp = _GEN_4;
-    endcase
-  end // always @(*)
+  wire        _GEN_1 = isRead & from_taken_valid;
+  wire        _GEN_2 = step == 4'h1;
+  wire        _GEN_3 = step == 4'h2;
+  wire        _GEN_4 = step == 4'h3;
+  wire        _GEN_5 = into_pending != 8'hFF;
+  wire        _GEN_6 = step == 4'h4;
+  wire        _GEN_7 = _skips_T[0] | into_done;
+  wire        _GEN_8 = step == 4'h5;
+  wire        _GEN_9 = step == 4'h6;
+  wire        _GEN_10 = step == 4'h7;
+  wire [7:0]  _GEN_11 = into_pending >> _GEN_0;
+  wire        _GEN_12 = step == 4'h8;
+  wire        _GEN_13 = step == 4'h9;
+  wire        _GEN_14 = ~into_appended | drops;
+  wire        _GEN_15 = step == 4'hA & into_done;
+  wire        _GEN_16 = _GEN_1 | more;
+  wire [3:0]  _GEN_17 = {3'h0, more | from_taken_valid};
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       step <= 4'h0;
-    else
-      step <= casez_tmp;
+      more <= 1'h0;
+    end
+    else begin
+      if (|step) begin
+        if (_GEN_2) begin
+          if (from_ready)
+            step <= 4'h2;
+        end
+        else if (_GEN_3)
+          step <= part == 2'h0 ? 4'h3 : 4'h8;
+        else if (_GEN_4)
+          step <= _GEN_5 ? 4'h8 : 4'h4;
+        else if (_GEN_6) begin
+          if (_isFree_T[0]) begin
+            if (_GEN_7 & (&at))
+              step <= 4'h5;
+          end
+          else
+            step <= 4'h8;
+        end
+        else if (_GEN_8)
+          step <= isBetter ? 4'h6 : 4'hA;
+        else if (_GEN_9)
+          step <= 4'h7;
+        else if (_GEN_10)
+          step <= _GEN_11[0] ? 4'h4 : 4'h8;
+        else if (_GEN_12) begin
+          if (into_done)
+            step <= {&part, 3'h1};
+        end
+        else if (_GEN_13) begin
+          if (into_appended)
+            step <= drops ? 4'hA : _GEN_17;
+        end
+        else if (_GEN_15)
+          step <= _GEN_17;
+      end
+      else
+        step <= _GEN_17;
+      more <=
+        (|step)
+        & (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12
+             ? _GEN_16
+             : _GEN_13 ? _GEN_14 & _GEN_16 : ~_GEN_15 & _GEN_16);
+    end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_5 = ~(into_pending[6:0]);
-  wire        _GEN_6 = step == 4'h0;
-  wire        _GEN_7 = step == 4'h1;
-  wire        _GEN_8 = step == 4'h2;
-  wire        _GEN_9 = step == 4'h3;
-  wire        _GEN_10 = step == 4'h4;
-  wire        _GEN_11 = _GEN_2 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_12 = step == 4'h5;
-  wire        _GEN_13 = step == 4'h6;
-  wire        _GEN_14 = step == 4'h7;
-  wire        _GEN_15 = _GEN_12 | _GEN_13;
-  wire        _GEN_16 = _GEN_15 | ~(_GEN_14 & _GEN_3[0]);
+  wire [6:0]  _GEN_18 = ~(into_pending[6:0]);
+  wire        _GEN_19 = _GEN_7 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_20 = _GEN_8 | _GEN_9;
+  wire        _GEN_21 = _GEN_20 | ~(_GEN_10 & _GEN_11[0]);
   always @(posedge clock) begin
-    if (_GEN_6) begin
+    if (_GEN_1)
       place <= from_taken_bits;
-      part <= 2'h0;
-    end
-    else if (_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12 | _GEN_13 | _GEN_14 | ~(step == 4'h8 & into_done)) begin
+    if (|step) begin
+      if (~(_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | _GEN_10)) begin
+        if (_GEN_12) begin
+          if (into_done)
+            part <= part + 2'h1;
+        end
+        else if (_GEN_13) begin
+          if (_GEN_14) begin
+          end
+          else
+            part <= 2'h0;
+        end
+        else if (_GEN_15)
+          part <= 2'h0;
+      end
     end
     else
-      part <= part + 2'h1;
-    if (_GEN_6 | _GEN_7 | ~_GEN_8) begin
+      part <= 2'h0;
+    if (~(|step) | _GEN_2 | ~_GEN_3) begin
     end
     else
       word <= from_data;
-    if (~(_GEN_6 | _GEN_7 | _GEN_8)) begin
-      if (_GEN_9) begin
-        if (_GEN_1)
+    if (~(~(|step) | _GEN_2 | _GEN_3)) begin
+      if (_GEN_4) begin
+        if (_GEN_5)
           slot <=
-            _GEN_5[0]
+            _GEN_18[0]
               ? 3'h0
-              : _GEN_5[1]
+              : _GEN_18[1]
                   ? 3'h1
-                  : _GEN_5[2] ? 3'h2 : _GEN_5[3] ? 3'h3 : _GEN_5[4] ? 3'h4 : _GEN_5[5] ? 3'h5 : {2'h3, ~(_GEN_5[6])};
+                  : _GEN_18[2]
+                      ? 3'h2
+                      : _GEN_18[3] ? 3'h3 : _GEN_18[4] ? 3'h4 : _GEN_18[5] ? 3'h5 : {2'h3, ~(_GEN_18[6])};
         else
           at <= 3'h0;
-        found <= _GEN_1 & found;
+        found <= _GEN_5 & found;
       end
       else begin
-        if (_GEN_10 & (~(_isFree_T[0]) | _GEN_11))
+        if (_GEN_6 & (~(_isFree_T[0]) | _GEN_19))
           slot <= at;
-        if (_GEN_10) begin
-          if (_isFree_T[0] & _GEN_2)
+        if (_GEN_6) begin
+          if (_isFree_T[0] & _GEN_7)
             at <= at + 3'h1;
-          found <= _isFree_T[0] & _GEN_11 | found;
+          found <= _isFree_T[0] & _GEN_19 | found;
         end
         else begin
-          if (_GEN_16) begin
+          if (_GEN_21) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_16 & found;
+          found <= _GEN_21 & found;
         end
       end
     end
-    drops <= ~_GEN_6 & (~(_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_15) & _GEN_14 & ~(_GEN_3[0]) | drops);
-    if (_GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | ~(_GEN_10 & _isFree_T[0] & _GEN_11)) begin
+    drops <=
+      (|step)
+      & (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_20
+           ? drops
+           : _GEN_10 ? ~(_GEN_11[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
+    if (~(|step) | _GEN_2 | _GEN_3 | _GEN_4 | ~(_GEN_6 & _isFree_T[0] & _GEN_19)) begin
     end
     else
       lastKey <= into_key;
   end // always @(posedge)
   assign from_read_valid = step == 4'h1;
   assign from_read_bits = {place, part};
-  assign from_busy = |step;
+  assign from_busy = ~isRead | more;
   assign into_evict = step == 4'h5 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
   assign into_job_valid = step == 4'h8 | counts | looks & ~(_skips_T[0]) & _isFree_T[0];
   assign into_job_bits_source = target;
@@ -9534,7 +9592,7 @@ module Bridge(
   assign into_job_bits_counts = counts;
   assign into_job_bits_bytes = counts | _into_job_bits_data_T ? 4'h1 : {4{~looks}};
   assign into_job_bits_data = _into_job_bits_data_T ? {28'h0, word[3:0]} : word;
-  assign into_append_valid = step == 4'h9;
+  assign into_append_valid = into_append_valid_0;
   assign into_append_bits = {1'h1, slot};
 endmodule
 
@@ -9570,12 +9628,14 @@ module Bridge_1(
   reg  [31:0] word;
   reg  [2:0]  slot;
   reg         drops;
+  reg         more;
   reg  [2:0]  at;
   reg         found;
   reg  [31:0] lastKey;
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
+  wire        into_append_valid_0 = step == 4'h9;
   wire        counts = step == 4'hA;
   wire        looks = step == 4'h4;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
@@ -9583,110 +9643,139 @@ module Bridge_1(
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   wire [7:0]  _GEN_0 = {5'h0, slot};
-  wire        _GEN_1 = into_pending != 8'hFF;
-  wire        _GEN_2 = _skips_T[0] | into_done;
-  wire [7:0]  _GEN_3 = into_pending >> _GEN_0;
-  reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_4 = step == 4'hA & into_done ? 4'h0 : step;
-  always @(*) begin
-    casez (step)
-      4'b0000:
-        casez_tmp = from_taken_valid ? 4'h1 : step;
-      4'b0001:
-        casez_tmp = from_ready ? 4'h2 : step;
-      4'b0010:
-        casez_tmp = part == 2'h0 ? 4'h3 : 4'h8;
-      4'b0011:
-        casez_tmp = _GEN_1 ? 4'h8 : 4'h4;
-      4'b0100:
-        casez_tmp = _isFree_T[0] ? (_GEN_2 & (&at) ? 4'h5 : step) : 4'h8;
-      4'b0101:
-        casez_tmp = isBetter ? 4'h6 : 4'hA;
-      4'b0110:
-        casez_tmp = 4'h7;
-      4'b0111:
-        casez_tmp = _GEN_3[0] ? 4'h4 : 4'h8;
-      4'b1000:
-        casez_tmp = into_done ? {&part, 3'h1} : step;
-      4'b1001:
-        casez_tmp = into_appended ? (drops ? 4'hA : 4'h0) : step;
-      4'b1010:
-        casez_tmp = _GEN_4;
-      4'b1011:
-        casez_tmp = _GEN_4;
-      4'b1100:
-        casez_tmp = _GEN_4;
-      4'b1101:
-        casez_tmp = _GEN_4;
-      4'b1110:
-        casez_tmp = _GEN_4;
-      default:
-        casez_tmp = _GEN_4;
-    endcase
-  end // always @(*)
+  wire        _GEN_1 = (~(|step) | into_append_valid_0 | counts) & from_taken_valid;
+  wire        _GEN_2 = step == 4'h1;
+  wire        _GEN_3 = step == 4'h2;
+  wire        _GEN_4 = step == 4'h3;
+  wire        _GEN_5 = into_pending != 8'hFF;
+  wire        _GEN_6 = step == 4'h4;
+  wire        _GEN_7 = _skips_T[0] | into_done;
+  wire        _GEN_8 = step == 4'h5;
+  wire        _GEN_9 = step == 4'h6;
+  wire        _GEN_10 = step == 4'h7;
+  wire [7:0]  _GEN_11 = into_pending >> _GEN_0;
+  wire        _GEN_12 = step == 4'h8;
+  wire        _GEN_13 = step == 4'h9;
+  wire        _GEN_14 = ~into_appended | drops;
+  wire        _GEN_15 = step == 4'hA & into_done;
+  wire        _GEN_16 = _GEN_1 | more;
+  wire [3:0]  _GEN_17 = {3'h0, more | from_taken_valid};
   always @(posedge clock or posedge reset) begin
-    if (reset)
+    if (reset) begin
       step <= 4'h0;
-    else
-      step <= casez_tmp;
+      more <= 1'h0;
+    end
+    else begin
+      if (|step) begin
+        if (_GEN_2) begin
+          if (from_ready)
+            step <= 4'h2;
+        end
+        else if (_GEN_3)
+          step <= part == 2'h0 ? 4'h3 : 4'h8;
+        else if (_GEN_4)
+          step <= _GEN_5 ? 4'h8 : 4'h4;
+        else if (_GEN_6) begin
+          if (_isFree_T[0]) begin
+            if (_GEN_7 & (&at))
+              step <= 4'h5;
+          end
+          else
+            step <= 4'h8;
+        end
+        else if (_GEN_8)
+          step <= isBetter ? 4'h6 : 4'hA;
+        else if (_GEN_9)
+          step <= 4'h7;
+        else if (_GEN_10)
+          step <= _GEN_11[0] ? 4'h4 : 4'h8;
+        else if (_GEN_12) begin
+          if (into_done)
+            step <= {&part, 3'h1};
+        end
+        else if (_GEN_13) begin
+          if (into_appended)
+            step <= drops ? 4'hA : _GEN_17;
+        end
+        else if (_GEN_15)
+          step <= _GEN_17;
+      end
+      else
+        step <= _GEN_17;
+      more <=
+        (|step)
+        & (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12
+             ? _GEN_16
+             : _GEN_13 ? _GEN_14 & _GEN_16 : ~_GEN_15 & _GEN_16);
+    end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_5 = ~(into_pending[6:0]);
-  wire        _GEN_6 = step == 4'h0;
-  wire        _GEN_7 = step == 4'h1;
-  wire        _GEN_8 = step == 4'h2;
-  wire        _GEN_9 = step == 4'h3;
-  wire        _GEN_10 = step == 4'h4;
-  wire        _GEN_11 = _GEN_2 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_12 = step == 4'h5;
-  wire        _GEN_13 = step == 4'h6;
-  wire        _GEN_14 = step == 4'h7;
-  wire        _GEN_15 = _GEN_12 | _GEN_13;
-  wire        _GEN_16 = _GEN_15 | ~(_GEN_14 & _GEN_3[0]);
+  wire [6:0]  _GEN_18 = ~(into_pending[6:0]);
+  wire        _GEN_19 = _GEN_7 & ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_20 = _GEN_8 | _GEN_9;
+  wire        _GEN_21 = _GEN_20 | ~(_GEN_10 & _GEN_11[0]);
   always @(posedge clock) begin
-    if (_GEN_6) begin
+    if (_GEN_1)
       place <= from_taken_bits;
-      part <= 2'h0;
-    end
-    else if (_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_12 | _GEN_13 | _GEN_14 | ~(step == 4'h8 & into_done)) begin
+    if (|step) begin
+      if (~(_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_8 | _GEN_9 | _GEN_10)) begin
+        if (_GEN_12) begin
+          if (into_done)
+            part <= part + 2'h1;
+        end
+        else if (_GEN_13) begin
+          if (_GEN_14) begin
+          end
+          else
+            part <= 2'h0;
+        end
+        else if (_GEN_15)
+          part <= 2'h0;
+      end
     end
     else
-      part <= part + 2'h1;
-    if (_GEN_6 | _GEN_7 | ~_GEN_8) begin
+      part <= 2'h0;
+    if (~(|step) | _GEN_2 | ~_GEN_3) begin
     end
     else
       word <= from_data;
-    if (~(_GEN_6 | _GEN_7 | _GEN_8)) begin
-      if (_GEN_9) begin
-        if (_GEN_1)
+    if (~(~(|step) | _GEN_2 | _GEN_3)) begin
+      if (_GEN_4) begin
+        if (_GEN_5)
           slot <=
-            _GEN_5[0]
+            _GEN_18[0]
               ? 3'h0
-              : _GEN_5[1]
+              : _GEN_18[1]
                   ? 3'h1
-                  : _GEN_5[2] ? 3'h2 : _GEN_5[3] ? 3'h3 : _GEN_5[4] ? 3'h4 : _GEN_5[5] ? 3'h5 : {2'h3, ~(_GEN_5[6])};
+                  : _GEN_18[2]
+                      ? 3'h2
+                      : _GEN_18[3] ? 3'h3 : _GEN_18[4] ? 3'h4 : _GEN_18[5] ? 3'h5 : {2'h3, ~(_GEN_18[6])};
         else
           at <= 3'h0;
-        found <= _GEN_1 & found;
+        found <= _GEN_5 & found;
       end
       else begin
-        if (_GEN_10 & (~(_isFree_T[0]) | _GEN_11))
+        if (_GEN_6 & (~(_isFree_T[0]) | _GEN_19))
           slot <= at;
-        if (_GEN_10) begin
-          if (_isFree_T[0] & _GEN_2)
+        if (_GEN_6) begin
+          if (_isFree_T[0] & _GEN_7)
             at <= at + 3'h1;
-          found <= _isFree_T[0] & _GEN_11 | found;
+          found <= _isFree_T[0] & _GEN_19 | found;
         end
         else begin
-          if (_GEN_16) begin
+          if (_GEN_21) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_16 & found;
+          found <= _GEN_21 & found;
         end
       end
     end
-    drops <= ~_GEN_6 & (~(_GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_15) & _GEN_14 & ~(_GEN_3[0]) | drops);
-    if (_GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | ~(_GEN_10 & _isFree_T[0] & _GEN_11)) begin
+    drops <=
+      (|step)
+      & (_GEN_2 | _GEN_3 | _GEN_4 | _GEN_6 | _GEN_20
+           ? drops
+           : _GEN_10 ? ~(_GEN_11[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
+    if (~(|step) | _GEN_2 | _GEN_3 | _GEN_4 | ~(_GEN_6 & _isFree_T[0] & _GEN_19)) begin
     end
     else
       lastKey <= into_key;
@@ -9701,7 +9790,7 @@ module Bridge_1(
   assign into_job_bits_counts = counts;
   assign into_job_bits_bytes = counts | _into_job_bits_data_T ? 4'h1 : {4{~looks}};
   assign into_job_bits_data = _into_job_bits_data_T ? {28'h0, word[3:0]} : word;
-  assign into_append_valid = step == 4'h9;
+  assign into_append_valid = into_append_valid_0;
   assign into_append_bits = {1'h1, slot};
 endmodule
 

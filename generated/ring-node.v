@@ -2643,6 +2643,7 @@ module PortMemory(
   input         job_1_valid,
   input  [7:0]  job_1_bits_source,
   input  [7:0]  job_1_bits_target,
+  input         job_1_bits_write,
   input  [31:0] job_1_bits_data,
   input         job_2_valid,
   input  [7:0]  job_2_bits_source,
@@ -2714,7 +2715,8 @@ module PortMemory(
     isWide <= _atHand_T_32 & _atHand_T[3] & job_3_bits_wide;
   end // always @(posedge)
   assign _ram_write =
-    ~(clearing[8]) | (|writes) & (_atHand_T[0] | _atHand_T[1] | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
+    ~(clearing[8]) | (|writes)
+    & (_atHand_T[0] | _atHand_T[1] & job_1_bits_write | _atHand_T[2] & job_2_bits_write | _atHand_T[3]);
   assign _ram_writeAddress =
     clearing[8]
       ? (_atHand_T[0] ? job_0_bits_target : 8'h0) | (_atHand_T[1] ? job_1_bits_target : 8'h0)
@@ -3361,7 +3363,6 @@ module CanPort(
   wire        _memory_job_0_bits_counts;
   wire [3:0]  _memory_job_0_bits_bytes;
   wire [31:0] _memory_job_0_bits_data;
-  wire        _memory_job_1_valid;
   wire [31:0] _memory_job_1_bits_data;
   wire        _memory_job_2_valid;
   wire [7:0]  _memory_job_2_bits_source;
@@ -3495,6 +3496,7 @@ module CanPort(
   reg         states_oneShot_REG;
   reg         order_changedNow_REG;
   reg         stamps;
+  wire        stamp_valid = relay_on ? relay_stamp_valid : stamps;
   wire [7:0]  stamp_bits_target = {2'h0, relay_on ? relay_stamp_bits : _states_current, 2'h1};
   reg         valid;
   wire        accepted = valid & _filter_done;
@@ -3533,7 +3535,7 @@ module CanPort(
       engine_mode_run_REG <= runs;
       shift_begins_REG <= _engine_events_takes;
       order_changedNow_REG <= _front_orders_requested;
-      stamps <= _engine_events_sent | ~(_memory_done[1]) & stamps;
+      stamps <= ~relay_slots_drops & (_engine_events_sent | ~(_memory_done[1]) & stamps);
       valid <= _engine_events_received | ~accepted & valid;
       events_state_REG <= state;
       events_state_REG_1 <= _engine_warning;
@@ -3769,7 +3771,6 @@ module CanPort(
   );
   assign _memory_load_valid = relay_on ? relay_load_valid : _shift_load_valid;
   assign _memory_load_bits = relay_on ? relay_load_bits : {_states_current, _shift_load_bits};
-  assign _memory_job_1_valid = relay_on ? relay_stamp_valid : stamps;
   assign _memory_job_1_bits_data = {relay_on ? relay_time : sofTime, 16'h0};
   assign _memory_order_valid = relay_on ? relay_order_valid : _order_read_valid;
   assign _memory_order_bits = relay_on ? relay_order_bits : _order_read_bits;
@@ -3785,9 +3786,10 @@ module CanPort(
     .job_0_bits_counts (_memory_job_0_bits_counts),
     .job_0_bits_bytes  (_memory_job_0_bits_bytes),
     .job_0_bits_data   (_memory_job_0_bits_data),
-    .job_1_valid       (_memory_job_1_valid),
+    .job_1_valid       (stamp_valid),
     .job_1_bits_source (stamp_bits_target),
     .job_1_bits_target (stamp_bits_target),
+    .job_1_bits_write  (stamp_valid),
     .job_1_bits_data   (_memory_job_1_bits_data),
     .job_2_valid       (_memory_job_2_valid),
     .job_2_bits_source (_memory_job_2_bits_source),
@@ -4165,6 +4167,7 @@ module LinkInput(
   input         renew,
   input         restart,
   input         tick,
+  input         rests,
   input         heard,
   input  [6:0]  address,
   output        stuck,
@@ -4193,13 +4196,18 @@ module LinkInput(
   wire        _receiver_events_identified;
   wire        _receiver_events_good;
   wire        _receiver_events_bad;
+  wire        _receiver_events_badHeader;
+  wire        _receiver_events_badFrame;
   wire        _receiver_events_byte;
   wire [31:0] _receiver_word;
   wire [4:0]  _receiver_index;
   wire        _bits_restart;
+  wire        _bits_heard;
   wire        _bits_hard;
   wire        _bits_sample_valid;
   wire        _bits_sample_bits;
+  reg         anew_REG;
+  wire        anew = restart | ~rests & anew_REG;
   reg         soFar_header;
   reg         soFar_identified;
   reg         soFar_bad;
@@ -4224,6 +4232,7 @@ module LinkInput(
   wire [4:0]  _soFar_T = tick ? 5'h0 : all;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
+      anew_REG <= 1'h1;
       soFar_header <= 1'h0;
       soFar_identified <= 1'h0;
       soFar_bad <= 1'h0;
@@ -4239,18 +4248,17 @@ module LinkInput(
       REG <= 1'h0;
     end
     else begin
-      soFar_header <= _soFar_T[4];
-      soFar_identified <= _soFar_T[3];
-      soFar_bad <= _soFar_T[2];
-      soFar_good <= _soFar_T[1];
-      soFar_starts <= _soFar_T[0];
-      if (tick) begin
-        told_header <= all[4];
-        told_identified <= all[3];
-        told_bad <= all[2];
-        told_good <= all[1];
-        told_starts <= all[0];
-      end
+      anew_REG <= rests;
+      soFar_header <= ~rests & _soFar_T[4];
+      soFar_identified <= ~rests & _soFar_T[3];
+      soFar_bad <= ~rests & _soFar_T[2];
+      soFar_good <= ~rests & _soFar_T[1];
+      soFar_starts <= ~rests & _soFar_T[0];
+      told_header <= ~rests & (tick ? all[4] : told_header);
+      told_identified <= ~rests & (tick ? all[3] : told_identified);
+      told_bad <= ~rests & (tick ? all[2] : told_bad);
+      told_good <= ~rests & (tick ? all[1] : told_good);
+      told_starts <= ~rests & (tick ? all[0] : told_starts);
       stores <= _receiver_events_byte | ~takes & stores;
       names <= _receiver_events_identified | ~takesName & names;
       REG <= _receiver_events_header;
@@ -4260,7 +4268,8 @@ module LinkInput(
     if (REG)
       isLastReg <= _receiver_word[15:8] == 8'h0;
   end // always @(posedge)
-  assign _bits_restart = renew | restart;
+  assign _bits_restart = renew | anew;
+  assign _bits_heard = heard | rests;
   LinkBits bits (
     .clock          (clock),
     .reset          (reset),
@@ -4271,7 +4280,7 @@ module LinkInput(
     .setting_late   (setting_late),
     .setting_beside (setting_beside),
     .restart        (_bits_restart),
-    .heard          (heard),
+    .heard          (_bits_heard),
     .hard           (_bits_hard),
     .sample_valid   (_bits_sample_valid),
     .sample_bits    (_bits_sample_bits)
@@ -4281,7 +4290,7 @@ module LinkInput(
     .reset             (reset),
     .sample_valid      (_bits_sample_valid),
     .sample_bits       (_bits_sample_bits),
-    .restart           (restart),
+    .restart           (anew),
     .address           (address),
     .idle              (_bits_hard),
     .stuck             (stuck),
@@ -4290,8 +4299,8 @@ module LinkInput(
     .events_identified (_receiver_events_identified),
     .events_good       (_receiver_events_good),
     .events_bad        (_receiver_events_bad),
-    .events_badHeader  (badHeader),
-    .events_badFrame   (badFrame),
+    .events_badHeader  (_receiver_events_badHeader),
+    .events_badFrame   (_receiver_events_badFrame),
     .events_byte       (_receiver_events_byte),
     .word              (_receiver_word),
     .index             (_receiver_index),
@@ -4310,6 +4319,8 @@ module LinkInput(
   assign byte_valid = stores;
   assign byte_bits = _receiver_word[7:0] - {7'h0, _receiver_index == 5'h3};
   assign index = _receiver_index;
+  assign badHeader = _receiver_events_badHeader & ~rests;
+  assign badFrame = _receiver_events_badFrame & ~rests;
 endmodule
 
 module LinkSender(
@@ -4904,6 +4915,7 @@ module PassingOn(
   wire [4:0]  _senders_0_fetch_bits;
   wire        _senders_0_isOwn;
   wire        _inputs_1_restart;
+  wire        _inputs_1_rests;
   wire        _inputs_1_heard;
   wire        _inputs_1_takesName;
   wire        _inputs_1_takes;
@@ -4922,6 +4934,7 @@ module PassingOn(
   wire [7:0]  _inputs_1_byte_bits;
   wire [4:0]  _inputs_1_index;
   wire        _inputs_0_restart;
+  wire        _inputs_0_rests;
   wire        _inputs_0_heard;
   wire        _inputs_0_takesName;
   wire        _inputs_0_takes;
@@ -5149,6 +5162,7 @@ module PassingOn(
     end
   end // always @(posedge, posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
+  assign _inputs_0_rests = ~on;
   assign _inputs_0_heard = heard_0 | ~upNow_0;
   LinkInput inputs_0 (
     .clock                 (clock),
@@ -5162,6 +5176,7 @@ module PassingOn(
     .renew                 (renew),
     .restart               (_inputs_0_restart),
     .tick                  (_tick_output),
+    .rests                 (_inputs_0_rests),
     .heard                 (_inputs_0_heard),
     .address               (address),
     .stuck                 (stuck_0),
@@ -5185,6 +5200,7 @@ module PassingOn(
     .badFrame              (counts_badFrame_0)
   );
   assign _inputs_1_restart = upNow_1 != upReg_1;
+  assign _inputs_1_rests = ~on;
   assign _inputs_1_heard = heard_1 | ~upNow_1;
   LinkInput inputs_1 (
     .clock                 (clock),
@@ -5198,6 +5214,7 @@ module PassingOn(
     .renew                 (renew),
     .restart               (_inputs_1_restart),
     .tick                  (_tick_output),
+    .rests                 (_inputs_1_rests),
     .heard                 (_inputs_1_heard),
     .address               (address),
     .stuck                 (stuck_1),
@@ -6908,12 +6925,13 @@ module RelayHost(
   wire        isControl = _clears_T & host_addr[15:2] == 14'h4 & host_be[1];
   wire        _onNext_output = isControl ? host_wdata[8] : relay;
   reg         switches_REG;
+  wire [7:0]  _bitCycles_output = bit_0 < 8'h32 ? 8'h32 : bit_0 > 8'hFA ? 8'hFA : bit_0;
   reg         event_0;
   reg         mask;
   reg         event_REG;
   wire [31:0] _host_rdata_T_25 =
     {11'h0, host_addr[15:2] == 14'h4 ? {conflict, 11'h0, relay, 8'h0} : 21'h0}
-    | (host_addr[15:2] == 14'h5 ? {high, low, 8'h0, bit_0} : 32'h0);
+    | (host_addr[15:2] == 14'h5 ? {high, low, 8'h0, _bitCycles_output} : 32'h0);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       acknowledged <= 1'h0;
@@ -6973,7 +6991,7 @@ module RelayHost(
   assign setting_oneShot = oneShot;
   assign onNext = _onNext_output;
   assign switches = switches_REG;
-  assign bitCycles = bit_0 < 8'h32 ? 8'h32 : bit_0 > 8'hFA ? 8'hFA : bit_0;
+  assign bitCycles = _bitCycles_output;
   assign restart = isControl & host_wdata[12];
   assign irq = event_0 & mask;
   assign asks_valid = _asks_valid_output;
@@ -7147,20 +7165,28 @@ module RelayMode(
   reg  [5:0]  units;
   reg         unit;
   reg  [15:0] tickTime;
+  reg         begun_0;
+  reg         begun_1;
   reg         stamps_0;
   reg         stamps_1;
+  reg         leaves;
   reg         REG;
   reg         REG_1;
   wire [1:0]  _port_stamp_valid_T = {stamps_1, stamps_0};
   wire        isTen = us & tens == 4'h9;
   wire        _GEN = port_stamped & (|_port_stamp_valid_T);
+  wire        _GEN_0 = leaves & begun_0;
+  wire        _GEN_1 = leaves & begun_1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       tens <= 4'h0;
       units <= 6'h0;
       unit <= 1'h0;
+      begun_0 <= 1'h0;
+      begun_1 <= 1'h0;
       stamps_0 <= 1'h0;
       stamps_1 <= 1'h0;
+      leaves <= 1'h0;
       REG <= 1'h0;
       REG_1 <= 1'h0;
     end
@@ -7174,14 +7200,11 @@ module RelayMode(
       if (unit)
         units <= units + 6'h1;
       unit <= isTen;
-      if (REG)
-        stamps_0 <= ~_own_leaves_0_isLife;
-      else
-        stamps_0 <= ~(_GEN & stamps_0) & stamps_0;
-      if (REG_1)
-        stamps_1 <= ~_own_leaves_1_isLife;
-      else
-        stamps_1 <= ~(_GEN & ~stamps_0) & stamps_1;
+      begun_0 <= _front_setting_on & (REG | ~_GEN_0 & begun_0);
+      begun_1 <= _front_setting_on & (REG_1 | ~_GEN_1 & begun_1);
+      stamps_0 <= _front_setting_on & (_GEN_0 ? ~_own_leaves_0_isLife : ~(_GEN & stamps_0) & stamps_0);
+      stamps_1 <= _front_setting_on & (_GEN_1 ? ~_own_leaves_1_isLife : ~(_GEN & ~stamps_0) & stamps_1);
+      leaves <= _passing_tick;
       REG <= _passing_begins_0;
       REG_1 <= _passing_begins_1;
     end

@@ -43,7 +43,7 @@ object ServerBench {
   def refused(server: Server.Running, why: Refusal): Int = state(server)("refused")(why.name).num.toInt
 
   /** Waits until it holds. */
-  def eventually(what: String, ms: Int = 60000)(holds: => Boolean): Unit = {
+  def eventually(what: String, ms: Int = 240000)(holds: => Boolean): Unit = {
     val end = System.nanoTime() + ms * 1000000L
     while (!holds) {
       if (System.nanoTime() > end) fail(s"not within $ms ms: $what")

@@ -287,7 +287,7 @@ class ServerSpec extends AnyFlatSpec {
           listening(http, tcp = true) == Seq("127.0.0.1") && listening(udp, tcp = false) == Seq("127.0.0.1")
         )
         process.destroy() // SIGTERM
-        assert(process.waitFor(10, TimeUnit.SECONDS) && process.exitValue == 143)
+        assert(process.waitFor(60, TimeUnit.SECONDS) && process.exitValue == 143)
         assert(out.count(_ == '\n') == 2, out)
       } finally process.destroyForcibly()
       assert(!new File(s"${d.resolve("log.db")}-wal").exists, "the database was closed")

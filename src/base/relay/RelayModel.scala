@@ -11,6 +11,7 @@ private class AtEndOfBit(to: LinkListener) extends LinkListener {
     kept = Vector.empty
     all.foreach(_())
   }
+  def forget(): Unit                                   = kept = Vector.empty
   def starts(): Unit                                   = kept :+= (() => to.starts())
   def header(header: LinkHeader, body: LinkBody): Unit = kept :+= (() => to.header(header, body))
   def identified(): Unit                               = kept :+= (() => to.identified())
@@ -88,7 +89,8 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
     node.now(cycles)
     val wasOn = node.isOn
     host.write(address, bytes)
-    if (node.isOn && !wasOn) for (port <- 0 to 1) {
+    if (!node.isOn) told.foreach(_.forget())
+    else if (!wasOn) for (port <- 0 to 1) {
       receivers(port).restart()
       restart(port)
     }

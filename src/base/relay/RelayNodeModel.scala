@@ -132,8 +132,8 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       for (f <- coming(port)) if (isGood) received(f) else bad(f)
       coming(port) = None
     }
-    def badHeader(): Unit = counts(RelayCounter.BadHeader + port)
-    def badFrame(): Unit  = counts(RelayCounter.BadFrame + port)
+    def badHeader(): Unit = if (isOn) counts(RelayCounter.BadHeader + port)
+    def badFrame(): Unit  = if (isOn) counts(RelayCounter.BadFrame + port)
   }
 
   /** A port comes up or goes down; its receiver has been restarted. */

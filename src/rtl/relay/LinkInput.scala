@@ -22,6 +22,11 @@ abstract class LinkInputPins extends Module {
   val restart = IO(Input(Bool()))
   val tick    = IO(Input(Bool()))
 
+  /** In bus mode nothing is heard, and nothing is told. What comes when it ends may be the rest of a frame:
+    * the receiver begins anew (RB-25).
+    */
+  val rests = IO(Input(Bool()))
+
   val heard   = IO(Input(Bool()))
   val address = IO(Input(UInt(7.W)))
   val stuck   = IO(Output(Bool()))
@@ -51,17 +56,18 @@ class LinkInput extends LinkInputPins {
   private val bits     = Module(new LinkBits)
   private val receiver = Module(new LinkReceiver)
   private val events   = receiver.events
+  private val anew     = restart || (!rests && RegNext(rests, true.B)) // reset: as in bus mode
   bits.setting     := setting
-  bits.restart     := renew || restart
-  bits.heard       := heard
+  bits.restart     := renew || anew
+  bits.heard       := heard || rests
   bits.hard        := receiver.idle
   receiver.sample  := bits.sample
-  receiver.restart := restart
+  receiver.restart := anew
   receiver.address := address
   stuck            := receiver.stuck
   isOwn            := receiver.isOwn
-  badHeader        := events.badHeader
-  badFrame         := events.badFrame
+  badHeader        := events.badHeader && !rests
+  badFrame         := events.badFrame && !rests
 
   private val now = Wire(new BitReport)
   now.header     := events.header
@@ -74,6 +80,10 @@ class LinkInput extends LinkInputPins {
   private val told  = RegInit(0.U.asTypeOf(new BitReport)) // reset: likewise
   soFar := Mux(tick, 0.U, all).asTypeOf(new BitReport)
   when(tick) { told := all.asTypeOf(new BitReport) }
+  when(rests) {
+    soFar := 0.U.asTypeOf(new BitReport)
+    told  := 0.U.asTypeOf(new BitReport)
+  }
   report := told
 
   // The word is there a cycle behind the event. Reset: nothing is to be stored.

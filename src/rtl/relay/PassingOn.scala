@@ -107,15 +107,13 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
   when(tick) { phase := 1.U }
   private def isPhase(n: Int) = phase === n.U
 
-  // In bus mode nothing is heard of a link, and what comes when it ends may be the rest of a frame (RB-25).
-  // Reset: as in bus mode.
-  private val isSwitched = on && !RegNext(on, false.B)
   for ((input, p) <- inputs.zipWithIndex) {
     input.setting       := setting
     input.renew         := renew
-    input.restart       := changed(p) || isSwitched
+    input.restart       := changed(p)
     input.tick          := tick
-    input.heard         := heard(p) || !upNow(p) || !on
+    input.rests         := !on
+    input.heard         := heard(p) || !upNow(p)
     input.address       := address
     stuck(p)            := input.stuck
     counts.badHeader(p) := input.badHeader

@@ -108,7 +108,7 @@ final class RingProcess(network: ujson.Value, options: String*) {
   /** Ends the process, and makes sure that it ends well. */
   def close(): Unit = {
     if (process.isAlive) ask("quit")
-    assert(process.waitFor(30, TimeUnit.SECONDS) && process.exitValue == 0, Files.readString(errors))
+    assert(process.waitFor(120, TimeUnit.SECONDS) && process.exitValue == 0, Files.readString(errors))
   }
 }
 

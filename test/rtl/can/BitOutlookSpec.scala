@@ -117,7 +117,8 @@ class BitOutlookSpec extends AnyFlatSpec with ChiselScalatestTester {
     def isError: Boolean = dut.meaning.verdict.error.peekBoolean()
   }
 
-  private def bench(body: (BitOutlook, Bench) => Unit) = test(new BitOutlook)(dut => body(dut, new Bench(dut)))
+  private def bench(body: (BitOutlook, Bench) => Unit) =
+    test(new BitOutlook)(dut => body(dut, new Bench(dut)))
 
   "CAN-07, CAN-09, CAN-14: a frame" should "be driven by its sender, and acknowledged by receivers" in
     bench { (dut, b) =>

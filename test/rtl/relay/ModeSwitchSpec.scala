@@ -76,10 +76,10 @@ class ModeSwitchSpec extends AnyFlatSpec {
           slot -> CanFrame(slot, extended = true, remote = false, dlc, Seq.fill(dlc)(slot))
         }
       def request(slot: Int): Unit = b.write(port + CanRegisters.Requests, 1 << slot, 0)
-      def filled(): Unit = for ((slot, frame) <- frames) b.node.write(at(slot), frame.bytes())
+      def filled(): Unit           = for ((slot, frame) <- frames) b.node.write(at(slot), frame.bytes())
 
-      /** A slot is sent in either mode. Cycles from the request on, in relay mode, to the start bit; or the mode
-        * is switched so long behind it.
+      /** A slot is sent in either mode. Cycles from the request on, in relay mode, to the start bit; or the
+        * mode is switched so long behind it.
         */
       def once(switch: Option[Int]): Int = {
         b.write(RingRegisters.Control, 0)

@@ -30,6 +30,10 @@ private class AnyInput extends LinkInputPins {
     isOwnReg := own
     inFrame  := (before || any.header) && !any.bad && !any.good
   }
+  when(rests) {
+    told    := 0.U.asTypeOf(new BitReport)
+    inFrame := false.B
+  }
   report    := told
   isOwn     := isOwnReg
   isLast    := false.B

@@ -15,13 +15,16 @@ class RelayBridgeSpec extends RelayCases {
   private val f        = CanRegisters.PortStarts(0)
   private val t        = CanRegisters.PortStarts(1)
 
-  private def word(b: RelayBench, at: Int) = b.node.read(at, 2).zipWithIndex.map { case (x, i) => x << 8 * i }.sum
+  private def word(b: RelayBench, at: Int) =
+    b.node.read(at, 2).zipWithIndex.map { case (x, i) => x << 8 * i }.sum
 
   /** The frames in slots of port T that are pending. */
   private def pairSlots(b: RelayBench) = {
     val pending = word(b, t + CanRegisters.Requests)
     (0 until 16).filter(s => (pending >> s & 1) == 1).map { s =>
-      CanFrame.of(b.node.read(CanRegisters.SlotStarts(1) + s * CanRegisters.FrameBytes, CanRegisters.FrameBytes))
+      CanFrame.of(
+        b.node.read(CanRegisters.SlotStarts(1) + s * CanRegisters.FrameBytes, CanRegisters.FrameBytes)
+      )
     }
   }
 
@@ -69,7 +72,10 @@ class RelayBridgeSpec extends RelayCases {
           all ++= came
           // The slots of the pair keep those that are first in CAN order.
           val left = pairSlots(b)
-          assert(left.size == (all.size min 8) && left.toSet == all.sortBy(_.order).take(8).toSet, s"round $round")
+          assert(
+            left.size == (all.size min 8) && left.toSet == all.sortBy(_.order).take(8).toSet,
+            s"round $round"
+          )
           all = left
           if (round % 3 == 0) {
             b.node.write(t + CanRegisters.Aborts, Seq(0xff, 0xff))

@@ -9,8 +9,8 @@ import flyframe.node.NodeTime
 import flyframe.params.CanParams
 import flyframe.registers.{CanRegisters, RingRegisters}
 
-/** Relay mode with its CAN port and its registers, but without what makes tones of levels. With a bridge there
-  * is port T, too, on a bus of its own.
+/** Relay mode with its CAN port and its registers, but without what makes tones of levels. With a bridge
+  * there is port T, too, on a bus of its own.
   */
 class RelayPortUnderTest(p: CanParams) extends Module {
   val heard = IO(Input(Vec(2, Bool())))

@@ -147,7 +147,7 @@ final class AlarmSystem(name: String, settings: Seq[String] = Nil, isAttacked: B
   }
 
   /** Waits until the condition holds; fails with what is known of the system. */
-  def await(what: String, seconds: Int = 150)(condition: => Boolean): Unit = {
+  def await(what: String, seconds: Int = 300)(condition: => Boolean): Unit = {
     val end = System.nanoTime + seconds * 1000000000L
     while (!condition) {
       if (System.nanoTime > end)
@@ -217,7 +217,7 @@ final class AlarmLine(folder: Path, serverPort: Int, key: Path, settings: Seq[St
   /** Ends the process, and makes sure that it ends well. */
   def close(): Unit = {
     if (process.isAlive) ask("quit")
-    assert(process.waitFor(30, TimeUnit.SECONDS) && process.exitValue == 0, Files.readString(errors))
+    assert(process.waitFor(120, TimeUnit.SECONDS) && process.exitValue == 0, Files.readString(errors))
   }
 }
 

@@ -55,7 +55,7 @@ class HostileSpec extends AnyFlatSpec {
       }
       def send(bytes: Array[Byte]): Unit = socket.send(new DatagramPacket(bytes, bytes.length, master.get))
       def await(what: String)(condition: => Boolean): Unit = {
-        val end = System.nanoTime + 150000000000L
+        val end = System.nanoTime + 300000000000L
         while (!condition) {
           listen()
           assert(System.nanoTime < end, s"$what did not happen: ${line.ask("status")}")
