@@ -11,6 +11,12 @@
 
 #include "core/user_error.h"
 
+namespace {
+constexpr size_t kLongest = 65536;  // of a line
+
+bool isLater() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
+}  // namespace
+
 Control::Control(const std::string& path, OnLine onLine) : path_(path), onLine_(std::move(onLine)) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -31,32 +37,57 @@ Control::Control(const std::string& path, OnLine onLine) : path_(path), onLine_(
 }
 
 Control::~Control() {
-  for (auto& [fd, text] : clients_) close(fd);
+  for (auto& [fd, client] : clients_) close(fd);
   close(listener_);
   unlink(path_.c_str());
 }
 
 void Control::wanted(std::vector<pollfd>& fds) const {
   fds.push_back({listener_, POLLIN, 0});
-  for (auto& [fd, text] : clients_) fds.push_back({fd, POLLIN, 0});
+  for (auto& [fd, client] : clients_)
+    fds.push_back({fd, static_cast<short>(client.out.empty() ? POLLIN : POLLOUT), 0});
 }
 
 void Control::serve() {
   for (int fd; (fd = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;) clients_[fd];
   for (auto it = clients_.begin(); it != clients_.end();) {
-    auto& [fd, text] = *it;
-    char buffer[512];
-    ssize_t n;
-    while ((n = recv(fd, buffer, sizeof buffer, MSG_DONTWAIT)) > 0)
-      text.append(buffer, static_cast<size_t>(n));
-    const bool gone = n == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
-    for (size_t end; (end = text.find('\n')) != std::string::npos;) {
-      const std::string reply = answer(text.substr(0, end)) + "\n";
-      text.erase(0, end + 1);
-      send(fd, reply.data(), reply.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    }
-    if (gone) close(fd), it = clients_.erase(it);
+    auto& [fd, client] = *it;
+    take(fd, client);
+    if (client.gone || (client.ended && client.out.empty())) close(fd), it = clients_.erase(it);
     else ++it;
+  }
+}
+
+void Control::flush(int fd, Client& client) {
+  while (!client.out.empty()) {
+    const ssize_t n = send(fd, client.out.data(), client.out.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (n < 0) client.gone = !isLater();
+    if (n <= 0) return;
+    client.out.erase(0, static_cast<size_t>(n));
+  }
+}
+
+// A client that does not read its answers is not read either, and nobody is read without end: the simulation
+// would stop.
+void Control::take(int fd, Client& client) {
+  char buffer[4096];
+  while (!client.ended && client.out.empty() && client.in.size() < kLongest) {
+    const ssize_t n = recv(fd, buffer, sizeof buffer, MSG_DONTWAIT);
+    if (n == 0) client.ended = true;
+    if (n < 0) client.gone = !isLater();
+    if (n <= 0) break;
+    client.in.append(buffer, static_cast<size_t>(n));
+  }
+  flush(fd, client);
+  for (size_t end; client.out.empty() && (end = client.in.find('\n')) != std::string::npos;) {
+    client.out = answer(client.in.substr(0, end)) + "\n";
+    client.in.erase(0, end + 1);
+    flush(fd, client);
+  }
+  if (client.out.empty() && client.in.size() >= kLongest) {
+    client.out = "error: a line may have " + std::to_string(kLongest) + " characters.\n";
+    client.in.clear();
+    flush(fd, client);
   }
 }
 

@@ -24,10 +24,18 @@ class Control {
   void serve();
 
  private:
+  // What has come of a client's next line, and what it has not read yet of the answers; whether it sends no
+  // more, and has left.
+  struct Client {
+    std::string in, out;
+    bool ended = false, gone = false;
+  };
+  static void flush(int fd, Client& client);
+  void take(int fd, Client& client);
   std::string answer(const std::string& line) const;
 
   std::string path_;
   OnLine onLine_;
   int listener_ = -1;
-  std::map<int, std::string> clients_;  // what has come of each one's next line
+  std::map<int, Client> clients_;  // by their descriptors
 };

@@ -113,6 +113,9 @@ void CanHost::lookAtFaults(bool isError) {
   if (isError || now.state != last_.state)
     pass_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
   last_ = now;
+}
+
+void CanHost::countOverruns() {
   const auto overruns = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   overruns_ += static_cast<uint8_t>(overruns - overrunsSeen_);
   overrunsSeen_ = overruns;
@@ -142,6 +145,7 @@ void CanHost::run() {
     sendNext();
     const uint32_t errors = NODE_CAN_F_EVENT_BUS_ERROR_MASK << (isOnPair_ ? 8 : 0);
     if (isOnPair_ || !parameters_.relay) lookAtFaults((events & errors) != 0);
+    countOverruns();
     publish();
   }
 }

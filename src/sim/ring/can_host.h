@@ -47,6 +47,7 @@ class CanHost : public FirmwareHost {
   void receive();
   void sendNext();
   void lookAtFaults(bool isError);
+  void countOverruns();
   void publish();
 
   static constexpr unsigned kPorts = 0x100;

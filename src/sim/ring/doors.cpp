@@ -66,8 +66,7 @@ Doors::Doors(Ring& ring, const Options& options) : ring_(ring), doors_(ring.size
 
 void Doors::serve() {
   for (size_t i = 0; i < doors_.size(); ++i) {
-    if (doors_[i].empty()) continue;
-    CanHost* port = ring_.canProgram(i);
+    CanHost* port = ring_.canProgram(i);  // its events are taken also where there is no door
     if (port)
       for (const CanEvent& e : port->events())
         for (const auto& door : doors_[i]) door->happened(e);

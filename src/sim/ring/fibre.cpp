@@ -26,7 +26,8 @@ void Fibre::changed() {
 
 void Fibre::planError(Time from) {
   const double mean = static_cast<double>(optics_.bitErrors) * static_cast<double>(bit_);
-  errorAt_ = from + static_cast<Time>(std::exponential_distribution<double>(1 / mean)(random_));
+  const double until = std::exponential_distribution<double>(1 / mean)(random_);
+  errorAt_ = until < static_cast<double>(kNever - from) ? from + static_cast<Time>(until) : kNever;
 }
 
 void Fibre::setWhole(bool whole) { whole_ = whole; }

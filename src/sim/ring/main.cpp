@@ -56,13 +56,12 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
   RingBench bench(ring, doors);
   bool quit = false;
+  const auto command = [&](const std::vector<std::string>& words) -> std::string {
+    if (words.size() == 1 && words[0] == "quit") return quit = true, "";
+    return bench.command(words);
+  };
   std::unique_ptr<Control> control;
-  if (!controlPath.empty())
-    control =
-        std::make_unique<Control>(controlPath, [&](const std::vector<std::string>& words) -> std::string {
-          if (words.size() == 1 && words[0] == "quit") return quit = true, "";
-          return bench.command(words);
-        });
+  if (!controlPath.empty()) control = std::make_unique<Control>(controlPath, command);
   std::printf("ready: %zu nodes\n", ring.size());
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
@@ -72,7 +71,7 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   const auto isAlone = [&] { return parent != 0 && getppid() != parent; };
   while (!quit && !stopRequested && ring.now() < end && !isAlone()) {
     ring.runUntil(std::min(ring.now() + kLook, script.next()));
-    script.run(ring.now(), [&](const std::vector<std::string>& words) { bench.command(words); });
+    script.run(ring.now(), command);
     doors.serve();
     if (levels) levels->flush();
     if (plant) plant->serve();

@@ -12,8 +12,9 @@ Script::Script(const std::string& path) : path_(path) {
     std::string us, word;
     if (!(words >> us)) continue;
     Line line{0, number, {}};
-    if (us.size() > 12 || us.find_first_not_of("0123456789") != std::string::npos)
-      bad(number, "'" + us.substr(0, 20) + "' is no time in us.");
+    constexpr Time kLatest = kNever / kUs - 1;
+    if (us.size() > 12 || us.find_first_not_of("0123456789") != std::string::npos || std::stoll(us) > kLatest)
+      bad(number, "'" + us.substr(0, 20) + "' is no time in us up to " + std::to_string(kLatest) + ".");
     line.at = std::stoll(us) * kUs;
     while (words >> word) line.words.push_back(word);
     if (!lines_.empty() && line.at < lines_.back().at) bad(number, "it is before the line in front of it.");

@@ -70,9 +70,10 @@ void SlcanDoor::flush() {
 }
 
 void SlcanDoor::serve(CanHost* port) {
+  // Only so much at a time: a program that never ends would stop the simulation.
   char buffer[512];
   ssize_t n;
-  while ((n = read(terminal_, buffer, sizeof buffer)) > 0)
+  for (int left = 8; left > 0 && (n = read(terminal_, buffer, sizeof buffer)) > 0; --left)
     for (ssize_t i = 0; i < n; ++i) {
       const char c = buffer[i];
       if (c == '\r') {

@@ -63,7 +63,7 @@ bool SocketcandDoor::send(Client& c, const std::string& words, CanHost* port) {
   const auto frame = socketcan::canFrame(number | (extended ? socketcan::kExtended : 0), length, data.data());
   if (!frame) return false;
   if (!port) ++dropped_;
-  else port->send(*frame, &c);
+  else port->send(*frame, name(c));
   return true;
 }
 
@@ -124,7 +124,7 @@ void SocketcandDoor::serve(CanHost* port) {
       ++dropped_;
       continue;
     }
-    clients_.push_back({fd, "", ""});
+    clients_.push_back({fd, ++last_, "", ""});
     say(clients_.back(), "< hi >");
   }
   for (auto c = clients_.begin(); c != clients_.end();) {
@@ -160,5 +160,5 @@ void SocketcandDoor::happened(const CanEvent& e) {
   }
   line += ">";
   for (Client& c : clients_)
-    if (c.raw && e.by != &c) say(c, line);
+    if (c.raw && e.by != name(c)) say(c, line);
 }

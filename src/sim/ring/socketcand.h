@@ -1,6 +1,7 @@
 // socketcand: CAN over TCP, in lines of text between < and > (TL-01).
 #pragma once
 
+#include <cstdint>
 #include <list>
 #include <string>
 
@@ -18,6 +19,7 @@ class SocketcandDoor : public Door {
  private:
   struct Client {
     int fd;
+    uintptr_t number;  // frames are known by it, also when the client has left
     std::string in, out;
     bool open = false, raw = false, ended = false, gone = false;
   };
@@ -28,5 +30,7 @@ class SocketcandDoor : public Door {
   void flush(Client& client);
 
   int listener_;
-  std::list<Client> clients_;  // their addresses stay: frames are known by them
+  static const void* name(const Client& c) { return reinterpret_cast<const void*>(c.number); }
+  std::list<Client> clients_;
+  uintptr_t last_ = 0;  // number of a client; no address is as low
 };

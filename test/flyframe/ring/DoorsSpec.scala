@@ -1,10 +1,15 @@
 package flyframe.ring
 
-import java.net.{DatagramSocket, InetAddress, ServerSocket}
+import java.io.FileOutputStream
+import java.net.{DatagramPacket, DatagramSocket, InetAddress, ServerSocket, Socket}
 import java.nio.file.{Files, Path}
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.concurrent.ExecutionContext.Implicits.global
+import scala.concurrent.duration._
+import scala.concurrent.{Await, Future, blocking}
 import scala.jdk.CollectionConverters._
 import scala.sys.process._
+import scala.util.{Try, Using}
 import flyframe.Tier
 
 /** CAN programs that we did not write at the doors of a ring in RTL, and what they make of its recordings:
@@ -91,6 +96,53 @@ class DoorsSpec extends AnyFlatSpec {
       python("hostile", s"$tty", s"$tcp", s"$udp", if (Tier.isSoak) "1000" else "20", "1")
       val malformed = ring.status()("doors").arr.map(d => d("door").str -> d("malformed").num).toMap
       for (kind <- Seq("slcan", "socketcand", "cannelloni")) assert(malformed(kind) > 5, malformed)
+    }
+  }
+
+  "TL-01: programs that never stop writing" should "not stop the ring, nor the socket that ends it" in {
+    val (tty, udp) = (link(), udpPort())
+    using(relay(2), "--slcan", s"1=$tty", "--cannelloni", s"2=$udp") { ring =>
+      ring.run(StartUs)
+      // Commands that are answered, and as many frames as a datagram holds.
+      val line = ("t1230\r" * 1000).getBytes
+      val head = Array[Byte](2, 0, 0, (13000 >> 8).toByte, 13000.toByte)
+      val all  = head ++ Array.fill(13000)(Array[Byte](0, 0, 0, 1, 0)).flatten
+      @volatile var isOver = false
+      def floods(write: () => Unit) = Future(blocking(while (!isOver) Try(write())))
+      val terminal = new FileOutputStream(tty.toFile)
+      val socket   = new DatagramSocket()
+      val packet   = new DatagramPacket(all, all.length, InetAddress.getLoopbackAddress, udp)
+      val writers  = Seq(floods(() => terminal.write(line)), floods(() => socket.send(packet)))
+      try Await.result(Future(blocking(ring.run(1000))), 240.seconds)
+      finally {
+        isOver = true
+        socket.close()
+      }
+      ring.ask("status")
+      for (w <- writers) Await.ready(w, 60.seconds)
+      terminal.close()
+    }
+  }
+
+  "TL-01: frames of a client of socketcand that has left" should "be seen by the next one" in {
+    val tcp = tcpPort()
+    using(relay(2), "--socketcand", s"2=$tcp") { ring =>
+      ring.run(StartUs)
+      // Says something, and hears what it waits for.
+      def client(commands: String, waitsFor: String): Unit =
+        Using.resource(new Socket(InetAddress.getLoopbackAddress, tcp)) { socket =>
+          socket.setSoTimeout(240000)
+          socket.getOutputStream.write(commands.getBytes)
+          val heard = new StringBuilder
+          while (heard.indexOf(waitsFor) < 0) {
+            val c = socket.getInputStream.read()
+            assert(c >= 0, heard)
+            heard += c.toChar
+          }
+        }
+      val sends = (1 to 40).map(n => f"< send 123 1 $n%02x >").mkString
+      client(s"< open can0 >$sends< echo >", waitsFor = "< echo >") // all have been taken then
+      client("< open can0 >< rawmode >", waitsFor = " 28 >")
     }
   }
 

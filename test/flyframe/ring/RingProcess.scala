@@ -49,6 +49,13 @@ final class RingProcess(network: ujson.Value, options: String*) {
     text
   }
 
+  /** The answers to a line that is sent so often before any of them is read. */
+  def answers(line: String, count: Int): Seq[String] = {
+    out.write(s"$line\n" * count)
+    out.flush()
+    Seq.fill(count)(in.readLine())
+  }
+
   /** What stands behind `ok`. */
   def ask(line: String): String = {
     val text = answer(line)

@@ -2,6 +2,9 @@ package flyframe.ring
 
 import java.nio.file.{Files, Path}
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.concurrent.ExecutionContext.Implicits.global
+import scala.concurrent.duration._
+import scala.concurrent.{Await, Future}
 import scala.util.Random
 
 /** Rings of nodes in RTL with their host programs in C, in the simulator: what a user of a node gets while
@@ -247,6 +250,33 @@ class RingSimulatorSpec extends AnyFlatSpec {
       val (text, code) = refused(arguments: _*)
       assert(code == 2 && text.count(_ == '\n') == 1, text)
     }
+  }
+
+  it should "give whoever reads late all answers, and each of them whole" in using(relay(2)) { ring =>
+    // More than a socket holds.
+    val all = Await.result(Future(ring.answers("status", 1000)), 240.seconds)
+    assert(all.map(_.length).sum > 500000)
+    for (text <- all) assert(text.startsWith("ok ") && ujson.read(text.drop(3)).obj.contains("nodes"))
+    assert(ring.answer("send 1 2 " + "0" * 70000).startsWith("error: "))
+    ring.us()
+  }
+
+  it should "have no bit wrong where errors are as rare as can be" in using(relay(2)) { ring =>
+    ring.ask("optics all errors 1000000000000")
+    ring.run(2000)
+    for (f <- ring.status()("fibres").arr; way <- Seq("there", "back")) assert(f(way)("bits_wrong").num == 0)
+  }
+
+  it should "end when a script says so, and take no time that it cannot count to" in {
+    def run(script: String) = {
+      val folder = Files.createTempDirectory("ring")
+      val file   = Files.writeString(folder.resolve("network.json"), """{"nodes": 2}""")
+      val lines  = Files.writeString(folder.resolve("script"), script)
+      refused("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$lines")
+    }
+    assert(run("5 cut 1\n10 quit\n")._2 == 0)
+    val (text, code) = run("10000000000 cut 1\n")
+    assert(code == 2 && text.contains("is no time in us up to") && text.count(_ == '\n') == 1, text)
   }
 
   it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
