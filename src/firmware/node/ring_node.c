@@ -42,6 +42,19 @@ static void look_at_status(struct ring_node *node) {
   node->status[HELLO_VERSION] = node->parameters.version;
 }
 
+/* A life that no start has used yet. If the last one has failed there is one: a store for each would wear the
+ * memory out. */
+static void take_life(struct ring_node *node) {
+  if (node->life_is_new) return;
+  uint32_t life;
+  const uint32_t last = node->life;
+  node->stored = start_number(node->board, LIFE_MASK, last, &life);
+  /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. */
+  if (!node->stored && last != 0) life = last % LIFE_MASK + 1;
+  node->life = (uint8_t)life;
+  node->life_is_new = true;
+}
+
 /* The transport goes on through a reset of the controller: what waited there is lost, as frames may be. The
  * links begin a new life, since their sequences begin anew. */
 static enum ring_node_fault start_controller(struct ring_node *node) {
@@ -49,15 +62,7 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
   struct board *board = node->board;
   if (read_number(board, NODE_NODE_TYPE, 1) != TYPE) return RING_NODE_NO_CONTROLLER;
   if (!is_possible(p)) return RING_NODE_SETTINGS;
-  if (!node->life_is_new) { /* else the last start has failed: a store for each would wear the memory out */
-    uint32_t life;
-    const uint32_t last = node->life;
-    node->stored = start_number(board, LIFE_MASK, last, &life);
-    /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. */
-    if (!node->stored && last != 0) life = last % LIFE_MASK + 1;
-    node->life = (uint8_t)life;
-    node->life_is_new = true;
-  }
+  take_life(node);
   node->timer = read_number(board, NODE_NODE_TIME, 4);
   const struct can_port_config config = {.address = p->address,
                                          .home = p->home,
@@ -139,7 +144,12 @@ bool ring_node_conflict(const struct ring_node *node) {
   return (node->status[HELLO_STATE] & NODE_RING_CONFLICT_MASK) != 0;
 }
 
+/* Sequences begin anew, so it is another life (RB-13): of the old one others would take nothing. */
 void ring_node_clear_conflict(struct ring_node *node) {
+  if (!ring_node_runs(node)) return; /* the next start ends it, too */
+  take_life(node);
+  write_number(node->board, NODE_RING_LIFE, 1, node->life);
+  node->life_is_new = false;
   const uint32_t control = read_number(node->board, NODE_RING_CONTROL, 1);
   write_number(node->board, NODE_RING_CONTROL, 1, control | NODE_RING_CLEAR_MASK);
 }

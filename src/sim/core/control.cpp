@@ -77,6 +77,10 @@ void Control::take(int fd, Client& client) {
     if (n < 0) client.gone = !isLater();
     if (n <= 0) break;
     client.in.append(buffer, static_cast<size_t>(n));
+    if (!client.skips) continue;
+    const size_t end = client.in.find('\n');
+    client.skips = end == std::string::npos;
+    client.in.erase(0, client.skips ? end : end + 1);
   }
   flush(fd, client);
   for (size_t end; client.out.empty() && (end = client.in.find('\n')) != std::string::npos;) {
@@ -87,6 +91,7 @@ void Control::take(int fd, Client& client) {
   if (client.out.empty() && client.in.size() >= kLongest) {
     client.out = "error: a line may have " + std::to_string(kLongest) + " characters.\n";
     client.in.clear();
+    client.skips = true;
     flush(fd, client);
   }
 }

@@ -24,11 +24,11 @@ class Control {
   void serve();
 
  private:
-  // What has come of a client's next line, and what it has not read yet of the answers; whether it sends no
-  // more, and has left.
+  // What has come of a client's next line, and what it has not read yet of the answers; whether the rest of a
+  // line that is too long is skipped, it sends no more, and has left.
   struct Client {
     std::string in, out;
-    bool ended = false, gone = false;
+    bool skips = false, ended = false, gone = false;
   };
   static void flush(int fd, Client& client);
   void take(int fd, Client& client);

@@ -104,15 +104,15 @@ class DoorsSpec extends AnyFlatSpec {
     using(relay(2), "--slcan", s"1=$tty", "--cannelloni", s"2=$udp") { ring =>
       ring.run(StartUs)
       // Commands that are answered, and as many frames as a datagram holds.
-      val line = ("t1230\r" * 1000).getBytes
-      val head = Array[Byte](2, 0, 0, (13000 >> 8).toByte, 13000.toByte)
-      val all  = head ++ Array.fill(13000)(Array[Byte](0, 0, 0, 1, 0)).flatten
-      @volatile var isOver = false
+      val line                      = ("t1230\r" * 1000).getBytes
+      val head                      = Array[Byte](2, 0, 0, (13000 >> 8).toByte, 13000.toByte)
+      val all                       = head ++ Array.fill(13000)(Array[Byte](0, 0, 0, 1, 0)).flatten
+      @volatile var isOver          = false
       def floods(write: () => Unit) = Future(blocking(while (!isOver) Try(write())))
-      val terminal = new FileOutputStream(tty.toFile)
-      val socket   = new DatagramSocket()
-      val packet   = new DatagramPacket(all, all.length, InetAddress.getLoopbackAddress, udp)
-      val writers  = Seq(floods(() => terminal.write(line)), floods(() => socket.send(packet)))
+      val terminal                  = new FileOutputStream(tty.toFile)
+      val socket                    = new DatagramSocket()
+      val packet                    = new DatagramPacket(all, all.length, InetAddress.getLoopbackAddress, udp)
+      val writers = Seq(floods(() => terminal.write(line)), floods(() => socket.send(packet)))
       try Await.result(Future(blocking(ring.run(1000))), 240.seconds)
       finally {
         isOver = true

@@ -165,8 +165,11 @@ class RingSimulatorSpec extends AnyFlatSpec {
       exchange(ring, 1, 3, 2, Seq(3, 90))
       exchange(ring, 3, 1, 1, Seq(3, 90))
       ring.ask("off 4")
-      if (conflict(2)) ring.ask("conflict 2 clear")
+      def life = ring.node(2)("link_life").num.toInt
+      val last = life
+      ring.ask("conflict 2 clear")
       ring.await("the conflict is over", 20000)(!conflict(2))
+      assert(life == last % 127 + 1) // RB-13: of the old one others would take nothing
       exchange(ring, 2, 1, 1, Seq(40))
       exchange(ring, 1, 2, 5, Seq(40))
     }
