@@ -23,6 +23,7 @@ class SocketcandDoor : public Door {
     std::string in, out;
     bool open = false, raw = false, ended = false, gone = false;
   };
+  static const void* name(const Client& c) { return reinterpret_cast<const void*>(c.number); }
   void take(Client& client, CanHost* port);
   std::string answer(Client& client, const std::string& words, CanHost* port);
   bool send(Client& client, const std::string& words, CanHost* port);
@@ -30,7 +31,6 @@ class SocketcandDoor : public Door {
   void flush(Client& client);
 
   int listener_;
-  static const void* name(const Client& c) { return reinterpret_cast<const void*>(c.number); }
   std::list<Client> clients_;
   uintptr_t last_ = 0;  // number of a client; no address is as low
 };
