@@ -191,6 +191,7 @@ module PortState(
   input        ms,
   input        quarter,
   output       up,
+  output       held,
   output       loses
 );
 
@@ -244,6 +245,7 @@ module PortState(
       left <= upMs;
   end // always @(posedge)
   assign up = isUp;
+  assign held = isHeld;
   assign loses = _loses_output;
 endmodule
 
@@ -332,6 +334,7 @@ module OpticalPort(
   wire [1:0] _modulator_tone;
   wire       _state_good;
   wire       _state_up;
+  wire       _state_held;
   wire       _detector_signal;
   wire       _detector_search;
   wire       _crossing_out;
@@ -368,9 +371,10 @@ module OpticalPort(
     .ms      (time_ms),
     .quarter (time_quarter),
     .up      (_state_up),
+    .held    (_state_held),
     .loses   (report_loses)
   );
-  assign _modulator_tone = off ? 2'h3 : signal ? {1'h0, ~(_state_up & ~send)} : 2'h2;
+  assign _modulator_tone = off ? 2'h3 : ~signal | _state_held ? 2'h2 : {1'h0, ~(_state_up & ~send)};
   Modulator modulator (
     .clock (clock),
     .reset (reset),
@@ -409,8 +413,8 @@ module Guard(
   input        clock,
   input        reset,
   input        home,
-  input        forced,
   input  [6:0] address,
+  input        rests,
   input        coming_0,
   input        coming_1,
   input        up_0,
@@ -419,6 +423,7 @@ module Guard(
   input        heard2,
   input        ticks_eighth,
   input        ticks_bit,
+  input        ms,
   output       guard,
   output       next,
   output       closes,
@@ -430,14 +435,15 @@ module Guard(
   reg        isGuard;
   reg        isWaiting;
   reg        wasUp2;
-  wire       automatic_0 = ~forced & coming_0 & coming_1;
-  wire       inMode1 = ~forced & up_0 & up_1 & ~isGuard;
+  wire       automatic_0 = ~rests & coming_0 & coming_1;
+  wire       comes = ~up_0 | ~up_1;
+  wire       inMode1 = ~rests & up_0 & up_1 & ~isGuard;
+  reg  [1:0] settling;
   reg  [8:0] span;
   wire       isOver = isGuard ? ~(span[8]) & span[7:1] >= {4'h0, address[2:0]} : ~(span[8]) & span[7:1] >= address;
   wire       _closes_output = automatic_0 & isWaiting & ~_hold_over & (home | isOver);
   wire       _latch_output = automatic_0 & inMode1 & isOver;
-  wire       _next_output =
-    automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
+  wire       _next_output = automatic_0 & (comes ? home | ~up_1 & wasUp2 : isGuard & ~_closes_output | _latch_output);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isGuard <= 1'h0;
@@ -446,11 +452,17 @@ module Guard(
     end
     else begin
       isGuard <= _next_output;
-      isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over);
+      isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over & ~(|settling));
       wasUp2 <= coming_1 | wasUp2;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
+    if (comes)
+      settling <= 2'h2;
+    else if (_hold_over)
+      settling <= 2'h0;
+    else if (ms & (|settling))
+      settling <= {settling[1] ^ ~(settling[0]), ~(settling[0])};
     if (~(isWaiting | inMode1 & ~bus) | _closes_output) begin
       if (isGuard & ~_closes_output)
         span <= 9'h1FF;
@@ -469,7 +481,7 @@ module Guard(
          span[1] ^ span[0],
          ~(span[0])};
   end // always @(posedge)
-  assign _hold_holds = isGuard & (isWaiting ? ~bus & ~heard2 : bus != heard2);
+  assign _hold_holds = isGuard & ~(ms & settling == 2'h1) & (isWaiting | (|settling) ? ~bus & ~heard2 : bus != heard2);
   HoldTimer hold (
     .clock  (clock),
     .holds  (_hold_holds),
@@ -568,11 +580,13 @@ module BusMode(
   input        home,
   input  [1:0] forced,
   input  [6:0] address,
+  input        rests,
   input        ticks_eighth,
   input        ticks_bit,
   input        ticks_four,
   input        ticks_eight,
   input        ticks_sixtyFour,
+  input        ms,
   output [1:0] report_mode,
   output       report_guard,
   output       report_alone,
@@ -586,7 +600,7 @@ module BusMode(
   wire _stuckOwn_stuck;
   wire _stuckPorts_1_stuck;
   wire _stuckPorts_0_stuck;
-  wire _ringGuard_forced;
+  wire _ringGuard_rests;
   wire _ringGuard_next;
   reg  isUp_0;
   reg  isUp_1;
@@ -616,13 +630,13 @@ module BusMode(
       autoTwo <= up_0 == up_1 ? _ringGuard_next : up_0;
     end
   end // always @(posedge, posedge)
-  assign _ringGuard_forced = |forced;
+  assign _ringGuard_rests = (|forced) | rests;
   Guard ringGuard (
     .clock        (clock),
     .reset        (reset),
     .home         (home),
-    .forced       (_ringGuard_forced),
     .address      (address),
+    .rests        (_ringGuard_rests),
     .coming_0     (up_0),
     .coming_1     (up_1),
     .up_0         (isUp_0),
@@ -631,6 +645,7 @@ module BusMode(
     .heard2       (heard_1),
     .ticks_eighth (ticks_eighth),
     .ticks_bit    (ticks_bit),
+    .ms           (ms),
     .guard        (report_guard),
     .next         (_ringGuard_next),
     .closes       (report_closes),
@@ -840,6 +855,7 @@ module RingPorts(
   input  [17:0] timer,
   input         quantum,
   input  [6:0]  quanta,
+  input         possible,
   input         host_req,
   input         host_write,
   input  [15:0] host_addr,
@@ -861,6 +877,7 @@ module RingPorts(
   wire [7:0] _front_control_upMs;
   wire       _ring_home;
   wire [6:0] _ring_address;
+  wire       _ring_rests;
   wire       _ring_ticks_eighth;
   wire       _ring_ticks_bit;
   wire       _ring_ticks_four;
@@ -892,14 +909,17 @@ module RingPorts(
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
   reg  [1:0] ring_forced_REG;
+  reg        ring_rests_REG;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       samples <= 4'h0;
       ring_forced_REG <= 2'h0;
+      ring_rests_REG <= 1'h0;
     end
     else begin
       samples <= samples + 4'h1;
       ring_forced_REG <= _front_control_forced;
+      ring_rests_REG <= possible;
     end
   end // always @(posedge, posedge)
   assign _ports_0_time_slow = &samples;
@@ -948,6 +968,7 @@ module RingPorts(
     .report_loses  (counts_1),
     .report_noise  (counts_3)
   );
+  assign _ring_rests = ~ring_rests_REG;
   BusMode ring (
     .clock           (clock),
     .reset           (reset),
@@ -962,11 +983,13 @@ module RingPorts(
     .home            (_ring_home),
     .forced          (ring_forced_REG),
     .address         (_ring_address),
+    .rests           (_ring_rests),
     .ticks_eighth    (_ring_ticks_eighth),
     .ticks_bit       (_ring_ticks_bit),
     .ticks_four      (_ring_ticks_four),
     .ticks_eight     (_ring_ticks_eight),
     .ticks_sixtyFour (_ring_ticks_sixtyFour),
+    .ms              (portClock_ms),
     .report_mode     (_ring_report_mode),
     .report_guard    (_ring_report_guard),
     .report_alone    (_ring_report_alone),
@@ -1753,8 +1776,9 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
+  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
-  wire        _GEN_2 = ~inBusOff | recovers | mode_recoverItself;
+  wire        _GEN_2 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
     sampled
       ? (recovered
@@ -1837,7 +1861,7 @@ module ProtocolEngine(
         mode_run
         & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | recovers);
+      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -3853,6 +3877,7 @@ module ring_bus(
   wire [17:0] _ring_timer;
   wire        _ring_quantum;
   wire [6:0]  _ring_quanta;
+  wire        _ring_possible;
   wire        _ring_host_write;
   wire [31:0] _ring_host_wdata;
   wire [3:0]  _ring_host_be;
@@ -3879,6 +3904,7 @@ module ring_bus(
     .timer (_time_timer)
   );
   assign _ring_timer = _time_timer[17:0];
+  assign _ring_possible = _portF_bit_valid;
   assign _ring_host_write = _wide_wide_write;
   assign _ring_host_wdata = _wide_wide_wdata;
   assign _ring_host_be = _wide_wide_be;
@@ -3897,6 +3923,7 @@ module ring_bus(
     .timer      (_ring_timer),
     .quantum    (_ring_quantum),
     .quanta     (_ring_quanta),
+    .possible   (_ring_possible),
     .host_req   (_ring_host_req_T),
     .host_write (_ring_host_write),
     .host_addr  (nodeAddr),

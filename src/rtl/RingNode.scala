@@ -90,6 +90,7 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
   ticks.possible  := portF.bit.valid
   ticks.prescaler := portF.bit.bits.prescaler
   ring.quantum    := ticks.quantum
+  ring.possible   := portF.bit.valid
   ring.quanta     := portF.bit.bits.quanta
   ring.us         := time.us
   ring.timer      := time.timer

@@ -1,7 +1,8 @@
 package flyframe.fibre
 
 /** Bus mode of a node: what passes between its two ports and its own controller, and where the ring is open
-  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09). A level is true for recessive.
+  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09, FB-14, FB-15). A level is true for
+  * recessive.
   */
 class BusModeModel {
   private var up1       = false // as the node has taken it up
@@ -21,6 +22,8 @@ class BusModeModel {
   private var isWaiting = false
   private var waited    = 0     // T
   private var latch     = 0     // T of dominance in mode 1
+  private var settling  = 0     // milliseconds until a guard that has come up watches port 2
+  private var isTimed   = false // there is a T
 
   /** Times that the guard closed the ring, and that a latch made the node guard; 8 bits, stop at 255. */
   var closings: Int = 0
@@ -73,13 +76,16 @@ class BusModeModel {
     *   which is up or not and hears a level
     * @param port2
     *   the other one
+    * @param ms
+    *   a millisecond of the ports ends with this cycle
     */
   def step(
       drive: Boolean,
       port1: OpticalPortModel,
       port2: OpticalPortModel,
       home: Boolean,
-      address: Int
+      address: Int,
+      ms: Boolean
   ): Unit = {
     clock.step()
     val eighth  = clock.ends(1)
@@ -87,19 +93,24 @@ class BusModeModel {
     val now1    = port1.up
     val now2    = port2.up
     val heard   = bus(drive)
-    val inMode1 = forced == 0 && up1 && up2 && !guard
-    differ.step(guard && heard != heard2, eighth)
-    together.step(guard && !heard && !heard2, eighth)
+    val isFree  = forced == 0 && isTimed
+    val inMode1 = isFree && up1 && up2 && !guard
+    val begins  = ms && settling == 1 // to watch
+    differ.step(guard && settling == 0 && heard != heard2, eighth)
+    together.step(guard && !begins && !heard && !heard2, eighth)
     val isLatched = latch > 40 + 2 * address
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
-    if (forced != 0 || !now1 || !now2) open(false)
+    if (!isFree || !now1 || !now2) open(false)
     else if (!up1 || !up2) open(home || !up2 && was2)
-    else if (guard) closing(home, address, bit)
+    else if (guard) { if (settling == 0) closing(home, address, bit) }
     else if (isLatched) {
       latches = 255 min latches + 1
       open(true)
     }
+    if (!up1 || !up2) settling = 2
+    else if (together.isOver) settling = 0
+    else if (ms && settling > 0) settling -= 1
 
     cut.step(drive, clock)
     stuck1.step(r1, clock)
@@ -108,6 +119,7 @@ class BusModeModel {
     r2 = port2.level || !now2
     was2 ||= now2
     forced = toForce
+    isTimed = clock.isPossible
     up1 = now1
     up2 = now2
   }

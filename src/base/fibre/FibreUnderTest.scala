@@ -30,7 +30,9 @@ trait FibreUnderTest {
     */
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int = 3): Unit
 
-  /** T, the bit of port F: time quanta, 8 to 127, each of `prescaler` core cycles, 1 to 2048 (FB-08). */
+  /** T, the bit of port F: time quanta, 8 to 127, each of `prescaler` core cycles, 1 to 2048 (FB-08); without
+    * quanta the setting is impossible, and there is none.
+    */
   def setBit(quanta: Int, prescaler: Int = 1): Unit
 
   /** The host writes a byte (see [[flyframe.registers.RingRegisters]]); it counts in the next cycle. */

@@ -61,6 +61,9 @@ class BitClockModel {
     this.prescaler = prescaler
   }
 
+  /** There is a T. */
+  def isPossible: Boolean = quanta > 0
+
   /** So many eighths of T, 1 to 512, end with the cycle that is just over. */
   def ends(count: Int): Boolean = isEighth && eighths % count == 0
 
@@ -68,8 +71,8 @@ class BitClockModel {
   def step(): Unit = {
     isEighth = false
     cycle += 1
-    if (cycle >= prescaler) {
-      cycle = 0
+    if (cycle >= prescaler) cycle = 0
+    if (cycle == 0 && isPossible) {
       left -= 8
       if (left < 0) {
         left += quanta

@@ -2,7 +2,7 @@ package flyframe.fibre
 
 import flyframe.params.FibreParams
 
-/** A port: what it hears, whether it is up, and what it sends (FR-10 to FR-14, FB-02 to FB-07). */
+/** A port: what it hears, whether it is up, and what it sends (FR-10 to FR-14, FB-02 to FB-07, FB-16). */
 class OpticalPortModel(p: FibreParams) {
   import OpticalPortModel._
   private val demodulator = DemodulatorModel(p)
@@ -56,7 +56,10 @@ class OpticalPortModel(p: FibreParams) {
       slow: Boolean
   ): Unit = {
     modulator.step(
-      if (off) Tone.Dark else if (!signal) Tone.Search else if (!isUp) Tone.Recessive else Tone.of(send)
+      if (off) Tone.Dark
+      else if (!signal || isHeld) Tone.Search
+      else if (!isUp) Tone.Recessive
+      else Tone.of(send)
     )
     upOrDown(signal && !hearsSearch && !off, off, upMs, ms, quarter)
     for (i <- 0 until p.samplesPerCycle) demodulator.sample((twice >> i & 1) == 1)
@@ -67,14 +70,17 @@ class OpticalPortModel(p: FibreParams) {
     onceOptical = optical
   }
 
+  /** Three losses within a second keep it down (FR-14). */
+  private def isHeld = isThird && last < Never
+
   private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean, quarter: Boolean): Unit = {
-    val isHeld = isThird && last < Never
+    val mayRise = !isHeld
     if (isUp && !isGood && !off) lose()
     else if (quarter) {
       last = Never min last + 1
       second = Never min second + 1
     }
-    if (isUp || !isGood || isHeld) {
+    if (isUp || !isGood || !mayRise) {
       isUp &&= isGood
       left = upMs
     } else if (ms && left > 0) left -= 1

@@ -45,7 +45,7 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
     up2 = port2.up
     mode = ring.mode
     isGuard = ring.isGuard
-    ring.step(drive, port1, port2, (control >> Home & 1) == 1, address)
+    ring.step(drive, port1, port2, (control >> Home & 1) == 1, address, ms)
     port1.step(light1, (optical & 1) != 0, send1, off, upMs, ms, quarter, slow)
     port2.step(light2, (optical & 2) != 0, send2, off, upMs, ms, quarter, slow)
   }

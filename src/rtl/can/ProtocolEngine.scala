@@ -202,10 +202,11 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   // ---- recovery ----
 
   private val inBusOff  = place.is(BusOff)
+  private val goesOn    = inBusOff && (recovers || mode.recoverItself) // to its end, once begun (CB-14)
   private val isEleven  = inBusOff && sampled && heard && place.bit === 10.U
   private val recovered = isEleven && elevens.andR
   counters.clear := recovered
-  when(recover && counters.busOff) { recovers := true.B }
+  when((recover && counters.busOff) || (sampled && goesOn)) { recovers := true.B }
   when(isEleven) { elevens := elevens + 1.U }
   when(recovered) { recovers := false.B }
 
@@ -217,7 +218,7 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
       next := Mux(meaning.level, BitPlace(PassiveErrorFlag), BitPlace(ActiveErrorFlag))
     }.elsewhen(verdict.overload) { next := BitPlace(OverloadFlag) }
       .elsewhen(verdict.exception) { next := BitPlace(Integrating) }
-      .elsewhen(!inBusOff || recovers || mode.recoverItself) { next := meaning.next }
+      .elsewhen(!inBusOff || goesOn) { next := meaning.next }
     when(goesOff) { next := BitPlace(BusOff) }
     when(recovered) { next := BitPlace(Idle) }
   }

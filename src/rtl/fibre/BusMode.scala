@@ -40,10 +40,14 @@ class BusMode extends Module {
   val forced  = IO(Input(UInt(2.W)))
   val address = IO(Input(UInt(7.W)))
 
-  /** Relay mode is on: nobody is guard. */
+  /** Relay mode is on, or there is no T to count by: nobody is guard (FB-15). */
   val rests = IO(Input(Bool()))
 
-  val ticks  = IO(Input(new BitTicks))
+  val ticks = IO(Input(new BitTicks))
+
+  /** A millisecond of the ports ends with this cycle. */
+  val ms = IO(Input(Bool()))
+
   val report = IO(Output(new BusReport))
 
   private val ringGuard = Module(new Guard)
@@ -77,13 +81,14 @@ class BusMode extends Module {
   send(1) := isTwo || (own && (isThree || heard(0)))
 
   ringGuard.home    := home
-  ringGuard.forced  := isForced || rests
+  ringGuard.rests   := isForced || rests
   ringGuard.address := address
   ringGuard.coming  := up
   ringGuard.up      := isUp
   ringGuard.bus     := bus
   ringGuard.heard2  := heard(1)
   ringGuard.ticks   := ticks
+  ringGuard.ms      := ms
 
   report.mode   := (isThree || isTwo) ## (isThree || isOne)
   report.guard  := ringGuard.guard

@@ -2,13 +2,15 @@ package flyframe.fibre
 
 import chisel3._
 
-/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09). */
+/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09, FB-14, FB-15). */
 class Guard extends Module {
 
   /** What the host has set. */
   val home    = IO(Input(Bool()))
-  val forced  = IO(Input(Bool()))
   val address = IO(Input(UInt(7.W)))
+
+  /** Nobody is guard, closes or finds a latch. */
+  val rests = IO(Input(Bool()))
 
   /** Both ports: up in this cycle, and as bus mode has taken it up. */
   val coming = IO(Input(Vec(2, Bool())))
@@ -19,6 +21,9 @@ class Guard extends Module {
   val heard2 = IO(Input(Bool()))
 
   val ticks = IO(Input(new BitTicks))
+
+  /** A millisecond of the ports ends with this cycle. */
+  val ms = IO(Input(Bool()))
 
   /** In this cycle, and in the next one. */
   val guard = IO(Output(Bool()))
@@ -34,13 +39,21 @@ class Guard extends Module {
   private val wasUp2    = RegInit(false.B) // port 2 has been up
   when(coming(1)) { wasUp2 := true.B }
 
-  private val automatic = !forced && coming(0) && coming(1) // what guards do, they do with both ports up
-  private val comes     = !up(0) || !up(1)                  // then: the last one has just come up
-  private val inMode1   = !forced && up(0) && up(1) && !isGuard
+  private val automatic = !rests && coming(0) && coming(1) // what guards do, they do with both ports up
+  private val comes     = !up(0) || !up(1)                 // then: the last one has just come up
+  private val inMode1   = !rests && up(0) && up(1) && !isGuard
+
+  // Milliseconds until a guard that has come up watches port 2, whose neighbour may come up behind it (FB-14).
+  private val settling   = Reg(UInt(2.W)) // no reset: set as long as a port is down
+  private val isSettling = settling.orR
+  private val settles    = ms && settling === 1.U
 
   private val hold = Module(new HoldTimer)
-  hold.holds  := isGuard && Mux(isWaiting, !bus && !heard2, bus =/= heard2)
+  hold.holds  := isGuard && !settles && Mux(isWaiting || isSettling, !bus && !heard2, bus =/= heard2)
   hold.eighth := ticks.eighth
+  when(comes) { settling := 2.U }
+    .elsewhen(hold.over) { settling := 0.U } // the neighbour is there
+    .elsewhen(ms && isSettling) { settling := ShortCounter.down(settling) }
 
   // T: from -41 on of dominance in mode 1, and from -1 on while a guard waits.
   private val span                 = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
@@ -56,7 +69,7 @@ class Guard extends Module {
   private val atHome = home || (!up(1) && wasUp2)
   next      := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
   isGuard   := next
-  isWaiting := automatic && isGuard && !closes && (isWaiting ^ hold.over)
+  isWaiting := automatic && isGuard && !closes && (isWaiting ^ (hold.over && !isSettling))
 
   guard := isGuard
 }

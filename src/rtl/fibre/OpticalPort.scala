@@ -27,7 +27,7 @@ class PortReport extends Bundle {
   val noise = Bool()
 }
 
-/** A port from pin to pin: what it hears, whether it is up, and what it sends (FR-10 to FR-14). */
+/** A port from pin to pin: what it hears, whether it is up, and what it sends (FR-10 to FR-14, FB-16). */
 class OpticalPort(p: FibreParams) extends Module {
 
   /** Pins: light received and sent; and whether the optical module has signal. */
@@ -68,7 +68,7 @@ class OpticalPort(p: FibreParams) extends Module {
   modulator.tone := Mux(
     off,
     ToneCode.Dark,
-    Mux(!signal, ToneCode.Search, Mux(state.up && !send, ToneCode.Dominant, ToneCode.Recessive))
+    Mux(!signal || state.held, ToneCode.Search, Mux(state.up && !send, ToneCode.Dominant, ToneCode.Recessive))
   )
   tx := modulator.light
 

@@ -2,7 +2,7 @@ package flyframe.fibre
 
 import chisel3._
 
-/** Whether a port is up (FR-12, FR-14, FB-04, FB-07). */
+/** Whether a port is up (FR-12, FR-14, FB-04, FB-07, FB-16). */
 class PortState extends Module {
 
   /** There is signal and no search. */
@@ -20,6 +20,9 @@ class PortState extends Module {
 
   val up = IO(Output(Bool()))
 
+  /** It is kept down: three losses within a second. */
+  val held = IO(Output(Bool()))
+
   /** It goes down, and was not switched off. */
   val loses = IO(Output(Bool()))
 
@@ -33,6 +36,7 @@ class PortState extends Module {
   private val second  = RegInit(never)
   private val isThird = Reg(Bool())    // the last loss was; no reset: there is none
   private val isHeld  = isThird && last =/= never
+  held := isHeld
   when(loses) {
     isThird := second =/= never
     second  := last

@@ -51,6 +51,9 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   val quantum = IO(Input(Bool()))
   val quanta  = IO(Input(UInt(7.W)))
 
+  /** The bit timing of port F is possible: else there is no T. */
+  val possible = IO(Input(Bool()))
+
   val host = IO(new HostPort(4))
   val irq  = IO(Output(Bool()))
 
@@ -100,7 +103,8 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   bus         := ring.bus
   ring.home   := front.control.home
   ring.forced := RegNext(Mux(isBus, front.control.forced, 0.U), 0.U) // reset: as the register
-  ring.rests  := !isBus
+  ring.rests  := !isBus || !RegNext(possible, false.B)               // reset: there is none
+  ring.ms     := portClock.ms
   for (r <- relay) r.address := front.control.address
   ring.address := front.control.address
   ring.ticks   := bits.ticks

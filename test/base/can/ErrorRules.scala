@@ -228,6 +228,18 @@ abstract class ErrorRules extends CanCases {
     t.hear(wire)
   }
 
+  it should "go on when the host wants it no more" in eachWith(RecoversItself) { t =>
+    busOff(t)
+    t.quietly("1" * 11 * 5 + "1" * 10)
+    t.setControl(1)
+    t.quietly("1" + ("0" + "1" * 11) * 60)
+    assert(t.state == CanState.BusOff)
+    t.quietly("0" + "1" * 10 + ("0" + "1" * 11) * 61)
+    assert(t.state == CanState.BusOff)
+    t.quietly("0" + "1" * 11)
+    t.hear(wire)
+  }
+
   "CAN-35: a node alone" should "become passive, and never bus-off" in each { t =>
     begins(t)
     t.play("1" * (wire.levels.length - 1), wire.levels.tail)

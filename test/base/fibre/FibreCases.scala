@@ -15,15 +15,22 @@ abstract class FibreCases extends AnyFlatSpec {
   /** The core clocks, each with short timers. */
   protected val clocks: Seq[FibreParams] = Seq(quick, quick.copy(coreClockMhz = 50))
 
-  /** Runs `body` with a ring that is up; node 0 is guard if nothing else is said. */
+  /** Runs `body` with a ring that is up; node 0 is guard if nothing else is said.
+    *
+    * @param ahead
+    *   core cycles that some nodes have lived for when the others come out of reset
+    */
   protected def ring(
       count: Int,
       home: Option[Int] = Some(0),
       isLine: Boolean = false,
       delayNs: Long = 0,
-      p: FibreParams = quick
-  )(body: RingBench => Unit): Unit =
-    withNodes(p, count)(nodes => body(RingBench.ready(p, nodes, home, isLine, delayNs)))
+      p: FibreParams = quick,
+      ahead: Map[Int, Int] = Map.empty
+  )(body: RingBench => Unit): Unit = withNodes(p, count) { nodes =>
+    for ((n, cycles) <- ahead; _ <- 0 until cycles) nodes(n).step(drive = true, 0, 0)
+    body(RingBench.ready(p, nodes, home, isLine, delayNs))
+  }
 
   /** A line of three: what the first one drives goes through the second, in mode 1, to the third. */
   protected def line(p: FibreParams = quick)(body: RingBench => Unit): Unit =

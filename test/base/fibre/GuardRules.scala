@@ -2,7 +2,9 @@ package flyframe.fibre
 
 import flyframe.registers.RingRegisters
 
-/** Rules of the guard: who opens the ring, and when it is closed (FR-30 to FR-36, FB-05, FB-06, FB-09). */
+/** Rules of the guard: who opens the ring, and when it is closed (FR-30 to FR-36, FB-05, FB-06, FB-09, FB-14,
+  * FB-15).
+  */
 abstract class GuardRules extends FibreCases {
 
   /** Node `n` is dominant for a time. */
@@ -127,6 +129,74 @@ abstract class GuardRules extends FibreCases {
     ring.runUs(40)
     // Node 1 lost its port 2; so did node 2, which heard its neighbours all the time.
     assert(ring.guards.contains(1))
+  }
+
+  for (first <- Seq(1, 2))
+    s"FR-34, FB-14: node $first that comes up a millisecond before its neighbour" should "disturb nothing" in
+      ring(3, home = None, ahead = Map(first -> 90)) { ring =>
+        ring.nodes.foreach(_.setBit(40)) // so that most of a millisecond of these is more than 1.5 T
+        ring.nodes(1).write(RingRegisters.Address, 8) // it would not wait
+        ring.cut(1)
+        ring.runUs(20)
+        ring.cut(1, isCut = false)
+        val (left, right) = (() => ring.isUp(1, 1), () => ring.isUp(2, 0))
+        ring.runUs(9)
+        assert(!left() && !right())
+        ring.dominant(0) // a frame has begun
+        ring.await(4, "one is up")(left() || right())
+        assert(left() == (first == 1) && left() != right())
+        ring.runUs(3)
+        assert(left() && right() && ring.nodes.indices.forall(!ring.bus(_)))
+        ring.dominant(0, isSo = false)
+        ring.runUs(3)
+        assert(ring.guards == Seq(1) && ring.nodes.indices.forall(ring.bus))
+        assert(ring.nodes.forall(n => n.read(RingRegisters.Closings) + n.read(RingRegisters.Latches) == 0))
+      }
+
+  /** Node 0 has just become guard of a ring that is broken behind node 2. */
+  private def comesUpInBrokenRing(ring: RingBench): Unit = {
+    ring.nodes.foreach(_.setBit(40))
+    ring.control(0, home = true, off = true)
+    ring.cut(2)
+    ring.runUs(10)
+    ring.control(0, home = true)
+    ring.await(40, "guard")(ring.isGuard(0))
+  }
+
+  "FB-14: a guard that has come up" should "watch port 2 two milliseconds later at the latest" in ring(4) {
+    ring =>
+      comesUpInBrokenRing(ring)
+      ring.dominant(3)
+      ring.runUs(1.9)
+      assert(ring.isGuard(0))
+      assert(ring.await(1, "closed")(!ring.isGuard(0)) > 500) // 1.5 T behind the two
+  }
+
+  it should "watch it as soon as both sides were dominant together for 1.5 T" in ring(4) { ring =>
+    comesUpInBrokenRing(ring)
+    for (n <- Seq(1, 3)) ring.dominant(n)
+    ring.runUs(1)
+    ring.dominant(1, isSo = false)
+    assert(ring.isGuard(0))
+    assert(ring.await(1, "closed")(!ring.isGuard(0)) > 500)
+  }
+
+  "FB-15: a node without a possible bit timing" should "be no guard" in ring(3) { ring =>
+    ring.nodes(0).setBit(0)
+    ring.runUs(1)
+    assert(ring.guards == Nil) // it was
+    ring.cut(0)
+    ring.runUs(10)
+    ring.cut(0, isCut = false)
+    ring.runUs(40)
+    assert(ring.guards == Nil) // by FR-34 it would be
+    ring.nodes(0).setBit(100)
+    ring.runUs(10)
+    assert(ring.guards == Nil)
+    pulse(ring, 1, 3) // the ring latches
+    ring.await(50, "a guard")(ring.guards.nonEmpty)
+    ring.runUs(5)
+    assert(ring.nodes.indices.forall(ring.bus))
   }
 
   "FR-34: a guard with `home` beside another guard" should "close" in ring(4) { ring =>

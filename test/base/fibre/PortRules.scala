@@ -168,6 +168,23 @@ abstract class PortRules extends FibreCases {
     assert(ring.nodes(1).read(RingRegisters.Losses1) == 6)
   }
 
+  "FR-14, FB-16: a port that is kept down" should "keep its neighbour's down, too" in ring(
+    2,
+    isLine = true
+  ) { ring =>
+    for (_ <- 0 until 3) { // a neighbour that starts anew loses nothing itself
+      ring.control(0, off = true)
+      ring.runUs(10)
+      ring.control(0)
+      ring.runUs(20)
+    }
+    assert(ring.nodes(1).read(RingRegisters.Losses1) == 3 && ring.nodes(0).read(RingRegisters.Losses2) == 0)
+    assert(!ring.isUp(1, 0) && !ring.isUp(0, 1) && ring.hearsSearch(0, 1))
+    ring.await(1350, "up again")(ring.isUp(0, 1) || ring.isUp(1, 0))
+    ring.runUs(1.5)
+    assert(ring.isUp(0, 1) && ring.isUp(1, 0))
+  }
+
   "FR-15: a node without any port up" should "hear itself" in ring(2) { ring =>
     ring.cut(0)
     ring.cut(1)

@@ -34,16 +34,17 @@ class NodeUnderTest(p: FibreParams) extends Module {
   private val quantum = cycle +& 1.U >= prescaler
   cycle := Mux(quantum, 0.U, cycle + 1.U)
 
-  dut.rx      := ports.rx
-  ports.tx    := dut.tx
-  dut.optical := ports.optical
-  dut.drive   := ports.drive
-  ports.bus   := dut.bus
-  dut.us      := us
-  dut.timer   := time
-  dut.quantum := quantum
-  dut.quanta  := quanta
-  interrupts  := dut.irq
+  dut.rx       := ports.rx
+  ports.tx     := dut.tx
+  dut.optical  := ports.optical
+  dut.drive    := ports.drive
+  ports.bus    := dut.bus
+  dut.us       := us
+  dut.timer    := time
+  dut.possible := quanta =/= 0.U
+  dut.quantum  := quantum && dut.possible
+  dut.quanta   := quanta
+  interrupts   := dut.irq
   dut.host <> host
 
   // A node has its counters in the memory of port F.

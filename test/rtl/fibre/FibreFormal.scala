@@ -21,6 +21,7 @@ abstract class SeparationProof(secret: Int) extends Module {
   private val forced  = IO(Input(UInt(2.W)))
   private val address = IO(Input(UInt(7.W)))
   private val ticks   = IO(Input(new BitTicks))
+  private val ms      = IO(Input(Bool()))
 
   protected val nodes = for (isOther <- Seq(false, true)) yield {
     val node = Module(new BusMode)
@@ -31,6 +32,7 @@ abstract class SeparationProof(secret: Int) extends Module {
     node.forced                     := forced
     node.address                    := address
     node.ticks                      := ticks
+    node.ms                         := ms
     node.rests                      := false.B
     if (isOther) node.level(secret) := other
     node

@@ -26,9 +26,10 @@ class FibreVerilogSpec extends AnyFlatSpec {
   private val options = Array("--disable-all-randomization", "--strip-debug-info", lowering)
 
   private val pins = Seq("rx", "tx", "optical").flatMap(name => Seq(s"${name}_0", s"${name}_1"))
-  private val names = pins ++ Seq("clock", "reset", "drive", "bus", "us", "timer", "quantum", "quanta") ++
-    Seq("req", "write", "addr", "wdata", "be", "ack", "rdata").map("host_" + _) ++
-    RingRegisters.BusCounters.indices.map(n => s"counts_$n") :+ "irq"
+  private val names =
+    pins ++ Seq("clock", "reset", "drive", "bus", "us", "timer", "quantum", "quanta", "possible") ++
+      Seq("req", "write", "addr", "wdata", "be", "ack", "rdata").map("host_" + _) ++
+      RingRegisters.BusCounters.indices.map(n => s"counts_$n") :+ "irq"
 
   for (clock <- Seq(100, 50); demodulator <- Seq(0, 1)) {
     val p = FibreParams(coreClockMhz = clock, demodulator = demodulator)

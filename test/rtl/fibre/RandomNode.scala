@@ -139,7 +139,7 @@ object RandomNode {
     for (cycle <- 0L until cycles) {
       if (cycle % 20000 == 0) {
         val (quanta, prescaler) = (random.between(8, 20), random.between(1, 3))
-        twin.setBit(quanta, prescaler)
+        twin.setBit(if (random.nextInt(8) == 0) 0 else quanta, prescaler) // 0: there is no T
         bit = quanta * prescaler
       }
       if (random.nextInt(4000) == 0) random.nextInt(8) match {
