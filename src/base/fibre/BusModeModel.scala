@@ -1,29 +1,29 @@
 package flyframe.fibre
 
 /** Bus mode of a node: what passes between its two ports and its own controller, and where the ring is open
-  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09, FB-14, FB-15). A level is true for
-  * recessive.
+  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09, FB-14, FB-15, FB-17). A level is true
+  * for recessive.
   */
 class BusModeModel {
-  private var up1       = false // as the node has taken it up
+  private var up1       = false         // as the node has taken it up
   private var up2       = false
-  private var was2      = false // port 2 has been up
+  private var was2      = false         // port 2 has been up
   private var guard     = false
   private var forced    = 0
-  private var toForce   = 0     // from the next cycle on
+  private var toForce   = 0             // from the next cycle on
   private var r1        = true
   private var r2        = true
   private val clock     = new BitClockModel
   private val stuck1    = new StuckModel(320 / 64, 64)
   private val stuck2    = new StuckModel(320 / 64, 64)
   private val cut       = new StuckModel(32 / 8, 8)
-  private val differ    = new HoldModel(12)
-  private val together  = new HoldModel(12)
+  private val held      = new HoldModel // what a guard looks for
   private var isWaiting = false
-  private var waited    = 0     // T
-  private var latch     = 0     // T of dominance in mode 1
-  private var settling  = 0     // milliseconds until a guard that has come up watches port 2
-  private var isTimed   = false // there is a T
+  private var waited    = 0             // T
+  private var hasWaited = false         // for long enough, a cycle before
+  private var latch     = 0             // T of dominance in mode 1
+  private var settling  = 0             // milliseconds until a guard that has come up watches port 2
+  private var isTimed   = false         // there is a T
 
   /** Times that the guard closed the ring, and that a latch made the node guard; 8 bits, stop at 255. */
   var closings: Int = 0
@@ -96,20 +96,24 @@ class BusModeModel {
     val isFree  = forced == 0 && isTimed
     val inMode1 = isFree && up1 && up2 && !guard
     val begins  = ms && settling == 1 // to watch
-    differ.step(guard && settling == 0 && heard != heard2, eighth)
-    together.step(guard && !begins && !heard && !heard2, eighth)
+    val isOver  = isWaiting && waited > 2 * (address % 8)
+    val seeks   = if (settling > 0 || isWaiting && !hasWaited) !heard && !heard2 else heard != heard2
+    held.step(guard && !begins && (hasWaited || !isOver) && seeks, eighth)
+    val isFound   = held.exceeds(if (hasWaited) 6 else 12)
     val isLatched = latch > 40 + 2 * address
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
     if (!isFree || !now1 || !now2) open(false)
     else if (!up1 || !up2) open(home || !up2 && was2)
-    else if (guard) { if (settling == 0) closing(home, address, bit) }
+    else if (guard && isWaiting) waits(home, bit, isOver, isFound)
+    else if (guard) startWaiting(isFound && settling == 0)
     else if (isLatched) {
       latches = 255 min latches + 1
       open(true)
     }
+    hasWaited = isOver
     if (!up1 || !up2) settling = 2
-    else if (together.isOver) settling = 0
+    else if (isFound) settling = 0
     else if (ms && settling > 0) settling -= 1
 
     cut.step(drive, clock)
@@ -129,15 +133,15 @@ class BusModeModel {
     isWaiting = false
   }
 
-  private def closing(home: Boolean, address: Int, bit: Boolean): Unit =
-    if (!isWaiting) {
-      if (differ.isOver) {
-        isWaiting = true
-        waited = 0
-      }
-    } else if (together.isOver) isWaiting = false
-    else if (home || waited > 2 * (address % 8)) {
+  private def startWaiting(isSo: Boolean): Unit = {
+    isWaiting = isSo
+    waited = 0
+  }
+
+  private def waits(home: Boolean, bit: Boolean, isOver: Boolean, isFound: Boolean): Unit =
+    if (home || hasWaited && isFound) {
       closings = 255 min closings + 1
       open(false)
-    } else if (bit) waited += 1
+    } else if (isFound) isWaiting = false
+    else if (bit && !isOver) waited += 1
 }

@@ -1,16 +1,16 @@
 package flyframe.fibre
 
-/** Tells when a condition has held for more than some ticks in one go (FB-08). */
-class HoldModel(ticks: Int) {
+/** Tells how long a condition has held in one go, in ticks (FB-08). */
+class HoldModel {
   private var count = 0
 
-  /** It has held that long. */
-  def isOver: Boolean = count > ticks
+  /** It has held for more than so many of them. */
+  def exceeds(ticks: Int): Boolean = count > ticks
 
   /** A cycle ends in which the condition was `holds`, and with `tick` one of the ticks. */
   def step(holds: Boolean, tick: Boolean): Unit =
     if (!holds) count = 0
-    else if (tick && !isOver) count += 1
+    else if (tick) count += 1
 }
 
 /** A level that counts as recessive when it has been dominant for too long (FR-37).

@@ -2,7 +2,9 @@ package flyframe.fibre
 
 import chisel3._
 
-/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09, FB-14, FB-15). */
+/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09, FB-14, FB-15,
+  * FB-17).
+  */
 class Guard extends Module {
 
   /** What the host has set. */
@@ -43,28 +45,33 @@ class Guard extends Module {
   private val comes     = !up(0) || !up(1)                 // then: the last one has just come up
   private val inMode1   = !rests && up(0) && up(1) && !isGuard
 
-  // Milliseconds until a guard that has come up watches port 2, whose neighbour may come up behind it (FB-14).
-  private val settling   = Reg(UInt(2.W)) // no reset: set as long as a port is down
-  private val isSettling = settling.orR
-  private val settles    = ms && settling === 1.U
-
-  private val hold = Module(new HoldTimer)
-  hold.holds  := isGuard && !settles && Mux(isWaiting || isSettling, !bus && !heard2, bus =/= heard2)
-  hold.eighth := ticks.eighth
-  when(comes) { settling := 2.U }
-    .elsewhen(hold.over) { settling := 0.U } // the neighbour is there
-    .elsewhen(ms && isSettling) { settling := ShortCounter.down(settling) }
-
   // T: from -41 on of dominance in mode 1, and from -1 on while a guard waits.
   private val span                 = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
   private val counts               = isWaiting || (inMode1 && !bus)
   private def passes(wanted: UInt) = !span(8) && span(7, 1) >= wanted
   private val isOver               = Mux(isGuard, passes(address(2, 0)), passes(address))
 
-  closes := automatic && isWaiting && !hold.over && (home || isOver)
+  // Milliseconds until a guard that has come up watches port 2, whose neighbour may come up behind it (FB-14).
+  private val settling   = Reg(UInt(2.W)) // no reset: set as long as a port is down
+  private val isSettling = settling.orR
+  private val settles    = ms && settling === 1.U
+
+  private val hold      = Module(new HoldTimer)
+  private val waitEnds  = isWaiting && isOver
+  private val hasWaited = RegNext(waitEnds, false.B) // reset: as isWaiting
+  private val seeks     = Mux(isSettling || (isWaiting && !hasWaited), !bus && !heard2, bus =/= heard2)
+  hold.holds   := isGuard && !settles && (hasWaited || !waitEnds) && seeks
+  hold.isShort := hasWaited
+  hold.eighth  := ticks.eighth
+  when(comes) { settling := 2.U }
+    .elsewhen(hold.over) { settling := 0.U } // the neighbour is there
+    .elsewhen(ms && isSettling) { settling := ShortCounter.down(settling) }
+
+  // With the wait behind it, it closes if both sides still differ: another guard may have closed (FB-17).
+  closes := automatic && isWaiting && (home || (hasWaited && hold.over))
   latch  := automatic && inMode1 && isOver
   when(!counts || closes) { span := Mux(isGuard && !closes, 511.U, (512 - 41).U) }
-    .elsewhen(ticks.bit) { span := ShortCounter.up(span) }
+    .elsewhen(ticks.bit && !waitEnds) { span := ShortCounter.up(span) }
 
   private val atHome = home || (!up(1) && wasUp2)
   next      := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)

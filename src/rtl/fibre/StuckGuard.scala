@@ -32,9 +32,12 @@ class StuckGuard(longest: Int) extends Module {
   stuck := isStuck
 }
 
-/** Tells when a condition has held for more than 1.5 T in one go (FR-32, FB-08). */
+/** Tells when a condition has held for more than 1.5 T, or 0.75 T, in one go (FR-32, FB-08, FB-17). */
 class HoldTimer extends Module {
   val holds = IO(Input(Bool()))
+
+  /** 0.75 T are enough. */
+  val isShort = IO(Input(Bool()))
 
   /** An eighth of T ends. */
   val eighth = IO(Input(Bool()))
@@ -44,5 +47,5 @@ class HoldTimer extends Module {
 
   private val count = Reg(UInt(4.W)) // eighths and 3; no reset: nothing holds then
   when(!holds || over) { count := 3.U }.elsewhen(eighth) { count := ShortCounter.up(count) }
-  over := holds && eighth && count.andR
+  over := holds && eighth && count(3) && count(0) && (isShort || count(2, 1).andR)
 }

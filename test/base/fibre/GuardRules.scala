@@ -64,12 +64,11 @@ abstract class GuardRules extends FibreCases {
         ring.nodes(0).write(RingRegisters.Address, address)
         ring.cut(1)
         ring.runUs(10)
-        pulse(ring, 3, 3)
-        val start = ring.now
-        val waits = 2.0 * (address % 8)
-        if (waits > 0) assert(ring.isGuard(0))
-        val closed = ring.await(waits + 1, "closed")(!ring.isGuard(0)) / 1000
-        assert(closed <= waits && (closed > waits - 2 || waits == 0), s"$address: $closed of $waits, $start")
+        ring.dominant(3)
+        val waits  = 2.0 * (address % 8)
+        val closed = ring.await(waits + 6, "closed")(!ring.isGuard(0)) / 1000
+        assert(closed > waits + 2.5 && closed < waits + 4.5, s"$address: $closed of $waits")
+        ring.dominant(3, isSo = false)
         if (!isLast) { // for the next address: guard again
           ring.control(0, home = true)
           ring.cut(0)
@@ -98,6 +97,9 @@ abstract class GuardRules extends FibreCases {
     // And it does begin anew.
     pulse(ring, 3, 2)
     ring.runUs(20)
+    assert(ring.guards == Seq(0)) // FB-17
+    pulse(ring, 3, 1)
+    ring.runUs(1)
     assert(ring.guards == Nil)
   }
 
@@ -108,8 +110,10 @@ abstract class GuardRules extends FibreCases {
         ring.cut(link)
         ring.runUs(10)
         // What was guard before closes.
-        pulse(ring, (link + 1) % 4, 3)
-        ring.runUs(30)
+        for (_ <- 1 to 2) {
+          pulse(ring, (link + 1) % 4, 3)
+          ring.runUs(30)
+        }
         assert(ring.guards == Nil)
         ring.cut(link, isCut = false)
         val heard = new Scope(ring, () => ring.nodes.indices.forall(ring.bus))
@@ -220,6 +224,24 @@ abstract class GuardRules extends FibreCases {
     ring.runUs(2)
     assert(ring.nodes.indices.forall(ring.bus))
   }
+
+  for (address <- 8 to 15)
+    s"FR-34, FB-17: a guard of address $address beside one with `home`" should "not close with it" in ring(
+      4
+    ) { ring =>
+      ring.nodes(3).write(RingRegisters.Address, address)
+      ring.control(0, home = true, off = true)
+      ring.runUs(10)
+      ring.control(0, home = true) // it starts anew; node 3 is guard by FR-34
+      ring.runUs(40)
+      assert(ring.guards == Seq(0, 3))
+      for (_ <- 0 until 8) { // no more than two dominant bits in a row
+        pulse(ring, 1, 2)
+        ring.runUs(3)
+      }
+      assert(ring.guards == Seq(3) && ring.nodes.indices.forall(ring.bus))
+      assert(ring.nodes.forall(_.read(RingRegisters.Latches) == 0))
+    }
 
   "FR-36: a latched ring" should "make one node guard, and the level falls" in ring(5, home = None) { ring =>
     pulse(ring, 2, 3)
