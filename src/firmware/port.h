@@ -27,6 +27,10 @@ bool board_random(struct board *board, uint8_t *bytes, uint16_t length);
  * earlier. */
 void board_wait(struct board *board, uint32_t us);
 
+/* Microseconds of a clock of the host's own, from any number on, modulo 2^32: it goes on whatever becomes of
+ * the controller, also while the host waits. Only the programs of a ring's nodes ask for it. */
+uint32_t board_time(struct board *board);
+
 /* Serves the watchdog. It is a circuit of its own with a clock of its own, runs from power-up on, cannot be
  * stopped by a program, and resets host and controller when it has not been served for a second. */
 void board_watchdog(struct board *board);

@@ -39,6 +39,7 @@ bool board_random(board* b, uint8_t* bytes, uint16_t length) {
   return !board::fails(b->randomFails);
 }
 void board_wait(board* b, uint32_t us) { b->wait(us); }
+uint32_t board_time(board* b) { return b->time(); }
 void board_watchdog(board* b) { ++b->watched; }
 uint8_t board_inputs(board* b) { return b->inputs; }
 void board_display(board* b, uint8_t line, const char* text) {

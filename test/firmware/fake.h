@@ -51,6 +51,7 @@ struct board {
     memory.at(place(address)) = static_cast<uint8_t>(value & ~stuck.at(address));
   }
   virtual void wait(uint32_t) {}
+  virtual uint32_t time() { return 0; }
 
   unsigned word(uint16_t address) { return memory.at(address) | memory.at(address + 1u) << 8; }
   void setWord(uint16_t address, unsigned value) {

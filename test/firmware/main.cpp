@@ -8,6 +8,7 @@ void testOrders();
 void testPanel();
 void testLog();
 void testGateway();
+void testRingNode();
 
 int main() {
   testAscon();
@@ -17,6 +18,7 @@ int main() {
   testPanel();
   testLog();
   testGateway();
+  testRingNode();
   std::printf("%d wrong\n", failures);
   return failures > 0;
 }

@@ -15,7 +15,9 @@ extern "C" {
 using Bytes = std::vector<uint8_t>;
 
 struct RingBoard : board {
-  uint32_t now = 1000;
+  uint32_t now = 1000;  // the host's clock, us
+  bool gone = false;    // nothing drives the host bus: it reads as `floating`
+  uint8_t floating = 0xff;
   std::deque<Bytes> fifo;
   std::vector<ring_frame> frames;
 
@@ -24,7 +26,9 @@ struct RingBoard : board {
     memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
   }
   static bool isIn(uint16_t a, uint16_t first, unsigned bytes) { return a >= first && a < first + bytes; }
+  uint32_t time() override { return now; }
   uint8_t readByte(uint16_t a) override {
+    if (gone) return floating;
     if (isIn(a, NODE_NODE_TIME, 4)) return static_cast<uint8_t>(now >> 8 * (a - NODE_NODE_TIME));
     if (a == NODE_CAN_F_RX_LEVEL) return static_cast<uint8_t>(std::min<size_t>(fifo.size(), 64));
     if (isIn(a, NODE_CAN_F_RX_FRAME, 16)) return fifo.empty() ? 0 : fifo.front()[a - NODE_CAN_F_RX_FRAME];
@@ -32,6 +36,7 @@ struct RingBoard : board {
     return board::readByte(a);
   }
   void writeByte(uint16_t a, uint8_t value) override {
+    if (gone) return;
     board::writeByte(a, value);
     if (a == NODE_CAN_F_RX_RELEASE && !fifo.empty()) fifo.pop_front();
     if (a == NODE_CAN_F_REQUEST || a == NODE_CAN_F_REQUEST + 1)

@@ -111,11 +111,14 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
   for (int i = 0; i < FIFO_MOST && read_number(board, NODE_CAN_F_RX_LEVEL, 1) != 0; ++i)
     write_number(board, NODE_CAN_F_RX_RELEASE, 1, 1);
 
-  return filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
-         number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
-         (config->pair_kbps == 0 || starts_pair(board, config)) &&
-         (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
+  port->works = filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
+                number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
+                (config->pair_kbps == 0 || starts_pair(board, config)) &&
+                (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
+  return port->works;
 }
+
+void can_port_lose(struct can_port *port) { port->works = false; }
 
 bool can_port_runs(const struct can_port *port) {
   return port->relay ? (read_number(port->board, NODE_RING_CONTROL, 1) & NODE_RING_RELAY_MASK) != 0
@@ -129,6 +132,7 @@ static uint16_t pending(const struct can_port *port) {
 }
 
 bool can_port_send(struct can_port *port, const struct ring_frame *frame) {
+  if (!port->works) return false;
   const uint16_t waiting = pending(port);
   for (uint16_t n = 0; n < port->slots; ++n) {
     if ((waiting >> n & 1) != 0) continue;
@@ -146,6 +150,7 @@ bool can_port_send(struct can_port *port, const struct ring_frame *frame) {
 }
 
 bool can_port_waits(const struct can_port *port, uint32_t id) {
+  if (!port->works) return false;
   const uint16_t waiting = pending(port);
   for (unsigned n = 0; n < port->slots; ++n)
     if ((waiting >> n & 1) != 0 && port->ids[n] == id) return true;

@@ -14,6 +14,7 @@ enum {
 struct can_port {
   struct board *board;
   bool relay;
+  bool works;    /* it was started, and is not lost */
   uint8_t slots; /* that are used: what the transport may have there (`slots`); a bridge has 8 to 15 */
   uint32_t ids[CAN_PORT_SLOTS]; /* of the frame that was put into each slot last */
 };
@@ -41,6 +42,9 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
 
 /* Whether the node still runs as it was started: after a reset of its own it does not. */
 bool can_port_runs(const struct can_port *port);
+
+/* There is no such node any more, until the next start: nothing waits there, and nothing can be sent. */
+void can_port_lose(struct can_port *port);
 
 /* The oldest frame received; false: there is none. */
 bool can_port_receive(struct can_port *port, struct ring_frame *frame);

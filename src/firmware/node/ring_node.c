@@ -24,11 +24,16 @@ static bool is_possible(const struct ring_node_parameters *p) {
   return p->address >= 1 && p->address <= RING_LAST_ADDRESS && p->pd_ms >= 1 && p->pd_ms <= PD_MS_MAX;
 }
 
-/* Time goes on when the controller's begins anew. */
+/* By the board's clock: time goes on, and messages end, while the controller does not answer. */
 static void look_at_time(struct ring_node *node) {
-  const uint32_t timer = read_number(node->board, NODE_NODE_TIME, 4);
+  const uint32_t timer = board_time(node->board);
   node->now_us += timer - node->timer;
   node->timer = timer;
+}
+
+/* A controller that does not answer may read as anything, as ones in each register. */
+static bool answers(const struct ring_node *node) {
+  return read_number(node->board, NODE_NODE_TYPE, 1) == TYPE;
 }
 
 static void look_at_status(struct ring_node *node) {
@@ -60,10 +65,9 @@ static void take_life(struct ring_node *node) {
 static enum ring_node_fault start_controller(struct ring_node *node) {
   const struct ring_node_parameters *p = &node->parameters;
   struct board *board = node->board;
-  if (read_number(board, NODE_NODE_TYPE, 1) != TYPE) return RING_NODE_NO_CONTROLLER;
+  if (!answers(node)) return RING_NODE_NO_CONTROLLER;
   if (!is_possible(p)) return RING_NODE_SETTINGS;
   take_life(node);
-  node->timer = read_number(board, NODE_NODE_TIME, 4);
   const struct can_port_config config = {.address = p->address,
                                          .home = p->home,
                                          .relay = p->relay,
@@ -96,7 +100,8 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
 }
 
 bool ring_node_runs(const struct ring_node *node) {
-  return (node->fault == RING_NODE_GOOD || node->fault == RING_NODE_STORE) && can_port_runs(&node->port);
+  return (node->fault == RING_NODE_GOOD || node->fault == RING_NODE_STORE) && answers(node) &&
+         can_port_runs(&node->port);
 }
 
 enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board,
@@ -107,29 +112,35 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
   node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK; /* of the program before */
   node->starts = 0;
   node->now_us = node->due_us = 0;
+  node->timer = board_time(board);
   return node->fault = start_controller(node);
 }
 
-void ring_node_serve(struct ring_node *node) {
+/* Whether frames are left in the controller. */
+static bool move_frames(struct ring_node *node) {
   struct board *board = node->board;
   struct ring_frame frame;
-  board_watchdog(board);
-  if (!ring_node_runs(node)) {
-    node->fault = start_controller(node);
-    if (!ring_node_runs(node)) return;
-  }
-  look_at_time(node);
   /* Before what they tell of is looked at: what comes from now on makes another one. */
   write_number(board, NODE_NODE_EVENTS, 2, read_number(board, NODE_NODE_EVENTS, 2));
   look_at_status(node);
   transport_hello(&node->transport, node->status);
-  int frames = 0;
-  while (frames < FRAMES_A_PASS && can_port_receive(&node->port, &frame)) {
+  for (int i = 0; i < FRAMES_A_PASS; ++i) {
+    if (!can_port_receive(&node->port, &frame)) return false;
     transport_receive(&node->transport, &frame, node->now_us);
-    ++frames;
   }
+  return true;
+}
+
+void ring_node_serve(struct ring_node *node) {
+  bool more = false;
+  board_watchdog(node->board);
+  look_at_time(node);
+  if (!ring_node_runs(node)) node->fault = start_controller(node);
+  if (ring_node_runs(node)) more = move_frames(node);
+  else can_port_lose(&node->port);
+  if (!node->began) return;
   node->due_us = transport_poll(&node->transport, node->now_us);
-  if (frames == FRAMES_A_PASS) node->due_us = node->now_us; /* those left make no event */
+  if (more) node->due_us = node->now_us; /* they make no event */
 }
 
 void ring_node_wait(struct ring_node *node, uint32_t most_us) {

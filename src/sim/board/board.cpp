@@ -96,6 +96,8 @@ void FirmwareHost::waitForInterrupt(uint32_t us) {
   if (us >= kPassUs && hardware_.slowMs > 0) sleepNs(hardware_.slowMs * 1e6);
 }
 
+uint32_t FirmwareHost::timeUs() { return static_cast<uint32_t>(slave().nextRise() / kUs); }
+
 void FirmwareHost::notice(const char* sentence) {
   hardware_.notices.push_back(sentence);
   std::fprintf(stderr, "host of %s: %s\n", hardware_.name.c_str(), sentence);
@@ -121,6 +123,7 @@ bool board_random(board*, uint8_t* bytes, uint16_t length) {
   return true;
 }
 void board_wait(board* b, uint32_t us) { b->host->waitForInterrupt(us); }
+uint32_t board_time(board* b) { return b->host->timeUs(); }
 void board_watchdog(board* b) { b->host->serveWatchdog(); }
 uint8_t board_inputs(board* b) { return b->host->inputs(); }
 void board_display(board* b, uint8_t line, const char* text) { b->host->display(line, text); }

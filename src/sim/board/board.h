@@ -48,6 +48,7 @@ class FirmwareHost : public Host {
   bool writeLog(uint16_t index, const uint8_t* record);
   bool readLog(uint16_t index, uint8_t* record) const;
   void waitForInterrupt(uint32_t us);
+  uint32_t timeUs();
   void serveWatchdog();
   uint8_t inputs();
   void display(uint8_t line, const char* text) { hardware_.display.at(line) = text; }

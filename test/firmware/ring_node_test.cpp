@@ -1,0 +1,98 @@
+// The host program of a ring node (ring_node) on a fake controller, which may be gone for a while: nothing
+// drives its bus, and every register reads as ones, or as zeros.
+extern "C" {
+#include "node/ring_node.h"
+#include "ring-node.h"
+}
+
+#include "ring_board.h"
+
+namespace {
+constexpr uint8_t kOwn = 2, kPeer = 9, kLife = 5, kObject = 1;
+
+struct NodeBench {
+  RingBoard at;
+  ring_node node{};
+  ring_node_parameters parameters{};
+
+  explicit NodeBench(uint8_t floating = 0xff) {
+    at.floating = floating;
+    parameters.address = kOwn, parameters.relay = true, parameters.kbps = 2000, parameters.core_mhz = 100;
+    parameters.pd_ms = 100;
+    ring_node_start(&node, &at, &parameters);
+    run(1);
+  }
+  void run(unsigned ms) {
+    for (unsigned i = 0; i < ms; ++i) at.now += 1000, ring_node_serve(&node);
+  }
+  void value() {
+    transport_watch(&node.transport, kPeer, kObject);
+    at.comes({false, kOwn, true, kPeer, kObject, RING_PROCESS_DATA, true}, {1}), run(1);
+  }
+  bool isOld() {
+    uint8_t data[8];
+    bool old;
+    transport_value(&node.transport, kPeer, kObject, data, &old, node.now_us);
+    return old;
+  }
+  // A message of another node, which the host takes if it comes.
+  bool takes(uint8_t number, uint8_t life) {
+    at.comes({false, kOwn, false, kPeer, RING_SHORT, 0, true}, {number, life, 1}), run(1);
+    const transport_message* m = transport_received(&node.transport);
+    if (m != nullptr) transport_take(&node.transport, m, false);
+    return m != nullptr;
+  }
+};
+
+void testTime(uint8_t floating) {
+  NodeBench b(floating);
+  b.value(), b.at.gone = true, b.run(290);
+  check("TP-50, TB-24: a value is not old at once when the controller is gone", !b.isOld());
+  b.run(20);
+  check("TP-50, TB-24: without a controller, too, values become old", b.isOld());
+
+  const uint8_t data[] = {1};
+  transport_end end;
+  NodeBench c(floating);
+  c.at.gone = true;
+  transport_send(&c.node.transport, 7, kPeer, false, data, sizeof data, nullptr, c.node.now_us);
+  c.run(9000);
+  check("TP-13, TB-24: a message is under way without a controller",
+        !transport_ended(&c.node.transport, &end));
+  c.run(1100);
+  check("TP-13, TB-24: it ends all the same",
+        transport_ended(&c.node.transport, &end) && end.outcome == TRANSPORT_NOT_CONFIRMED);
+
+  NodeBench d(floating);
+  const bool first = d.takes(0, kLife), older = d.takes(0, kLife - 1);
+  d.at.gone = true, d.run(10000), d.at.gone = false, d.run(1);
+  check("TP-20, TB-24: a source is forgotten while the controller is gone",
+        first && !older && d.takes(0, kLife - 1));
+}
+
+void testOnes() {
+  NodeBench b;
+  b.value();
+  const uint64_t before = b.node.now_us;
+  b.at.gone = true, b.run(1), b.at.gone = false, b.run(1);
+  check("TB-24: time goes on by what has passed while registers read as ones",
+        b.node.now_us == before + 2000 && !b.isOld());
+  b.at.gone = true, b.at.now += 1000, ring_node_serve(&b.node);
+  check("TB-24: what reads as ones is no controller, and brings no frames",
+        !ring_node_runs(&b.node) && b.node.fault == RING_NODE_NO_CONTROLLER &&
+            b.node.transport.counters[TRANSPORT_WRONG_SOURCE] == 0);
+  b.at.gone = false, b.at.frames.clear(), b.run(1100);
+  check("TB-24: a controller that is back is set up anew, and sends",
+        ring_node_runs(&b.node) && b.node.starts == 3 && !b.at.frames.empty());
+  // A controller that another program stops, and that does not hold what is written.
+  b.at.stuck[NODE_RING_CONTROL] = 0xff, b.at.memory[NODE_RING_CONTROL] = 0;
+  b.at.frames.clear(), b.run(1100);
+  check("TB-24: one that does not start sends nothing",
+        b.node.fault == RING_NODE_SETTINGS && b.at.frames.empty());
+}
+}  // namespace
+
+void testRingNode() {
+  testTime(0x00), testTime(0xff);
+  testOnes();
+}
