@@ -10,6 +10,10 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
     var last   = Option.empty[(Int, Int)] // number and result
     var isSeen = false                    // the host got a message of it
     var open   = Option.empty[Incoming]
+    var heard  = 0L                       // when something of it has come last
+
+    /** The message that its sender may still have under way. */
+    def current: Option[Incoming] = open.filterNot(_.isPassed)
   }
   private class Source(var life: Int, var heardAt: Long) {
     val pipes                                   = mutable.Map.empty[(Boolean, Int), Pipe]
@@ -54,17 +58,34 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
     }
   }
 
+  /** A pipe of which nothing has come for long (TB-26). */
+  private def forgetOld(pipe: Pipe, now: Long): Unit = if (now / Second - pipe.heard / Second >= ForgetPipe) {
+    pipe.last = None
+    pipe.open.foreach(_.isPassed = true)
+  }
+
+  /** The sender has message `number` under way: those before it have ended (TB-25). */
+  private def passTo(pipe: Pipe, number: Int): Unit = {
+    val before  = number - 1 & 0xff
+    val isKnown = pipe.last.nonEmpty || pipe.open.nonEmpty
+    pipe.open.foreach(_.isPassed = true)
+    if (isKnown && !pipe.last.exists(_._1 == before)) pipe.last = Some(before -> Result.Refused)
+  }
+
   def hello(source: Int, life: Int, now: Long): Boolean = alive(source, life, now).nonEmpty
 
   def close(id: FrameId, bytes: Seq[Int], now: Long): Unit =
     for (s <- alive(id.source, bytes(1) & 0x7f, now)) {
       val pipe   = s.pipe(id.destination == 0, id.pipe)
       val number = bytes(0)
+      forgetOld(pipe, now)
       val isLate = pipe.last.exists(n => n._1 == number || isOlder(number, n._1)) ||
-        pipe.open.exists(m => isOlder(number, m.number) || m.number == number && complete.contains(m))
+        pipe.current.exists(m => isOlder(number, m.number) || m.number == number && complete.contains(m))
       if (isLate) counts.add(Counter.Unexpected)
       else {
-        if (pipe.open.exists(_.number == number)) drop(pipe)
+        pipe.heard = now
+        if (isOpen(pipe)) drop(pipe)
+        pipe.open.foreach(_.isPassed = true)
         pipe.last = Some(number -> Result.Refused)
       }
     }
@@ -82,16 +103,22 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
         val number = bytes(0)
         val crc    = if (isShort) Sizes.crc32(bytes.drop(2)) else Sizes.number(bytes.drop(4)).toInt
         val isOld  = isOlder(number, _)
-        pipe.open match {
-          case _ if pipe.last.exists(_._1 == number) => done(id, s, pipe)
-          case _ if pipe.last.exists(n => isOld(n._1)) || pipe.open.exists(m => isOld(m.number)) =>
-            counts.add(Counter.OldNumber)
-          case Some(m) if complete.contains(m) => busy(id, s, number)
-          case Some(m) if m.number == number && m.length == length && m.crc == crc && !isShort =>
-            m.hears(now)
-          case _ =>
-            drop(pipe)
-            begin(id, s, pipe, number, length, crc, bytes, now)
+        forgetOld(pipe, now)
+        val isLast = pipe.last.exists(_._1 == number)
+        val isPast = pipe.last.exists(n => isOld(n._1)) || pipe.current.exists(m => isOld(m.number))
+        if (isPast && !isLast) counts.add(Counter.OldNumber)
+        else {
+          pipe.heard = now
+          val isThis = pipe.current.exists(_.number == number)
+          if (!isThis && !isLast) passTo(pipe, number)
+          pipe.open match {
+            case _ if isLast                                                         => done(id, s, pipe)
+            case Some(m) if complete.contains(m)                                     => busy(id, s, number)
+            case Some(m) if isThis && m.length == length && m.crc == crc && !isShort => m.hears(now)
+            case _ =>
+              drop(pipe)
+              begin(id, s, pipe, number, length, crc, bytes, now)
+          }
         }
       }
   }
@@ -165,6 +192,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
         }
       case None =>
         counts.add(Counter.NoMessage)
+        pipe.foreach(forgetOld(_, now))
         val key = (id.source, id.destination == 0, id.pipe)
         if (answeredAt.get(key).forall(now >= _ + AnswerUs)) {
           answeredAt(key) = now
@@ -179,6 +207,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 
   private def accept(s: Source, pipe: Pipe, m: Incoming, n: Int, bytes: Seq[Int], now: Long): Unit = {
     s.heardAt = now
+    pipe.heard = now
     m.parts(n) = bytes
     m.hears(now)
     if (m.parts.size < m.count) {
@@ -212,16 +241,21 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
     Received(m.id.source, m.toAll, m.id.pipe, m.number, m.id.urgent, m.isRepeat, m.bytes)
   }
 
-  def take(refused: Boolean): Unit = for (m <- first) {
+  /** DONE only goes to a sender that may still await it. */
+  def take(refused: Boolean, now: Long): Unit = for (m <- first) {
+    val source = known(m.id.source, now)
     complete -= m
     for {
-      s    <- sources.get(m.id.source)
+      s    <- source
       pipe <- s.pipes.get((m.toAll, m.id.pipe)) if pipe.open.contains(m)
     } {
-      val result = if (refused) Result.Refused else Result.Delivered
+      forgetOld(pipe, now)
       pipe.open = None
-      if (!pipe.last.exists(n => isOlder(m.number, n._1))) pipe.last = Some(m.number -> result)
-      done(m.id, s, m.number, result)
+      if (!m.isPassed) {
+        val result = if (refused) Result.Refused else Result.Delivered
+        pipe.last = Some(m.number -> result)
+        done(m.id, s, m.number, result)
+      }
     }
   }
 }
@@ -229,6 +263,10 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 private object ReceiverModel {
   val ForgetUs = 10000000L
   val AnswerUs = 10000L
+  val Second   = 1000000L
+
+  /** A pipe of which nothing has come for so many seconds is forgotten. */
+  val ForgetPipe = 20L
 
   /** Gaps in a row after which a message is dropped. */
   val Gaps = 10
@@ -251,6 +289,9 @@ private class Incoming(
   val parts   = mutable.Map.empty[Int, Seq[Int]]
   var highest = -1 // the highest frame that a MISSING has named
   var gaps    = 0
+
+  /** Its sender has given it up (TB-25). */
+  var isPassed = false
 
   def toAll: Boolean = id.destination == 0
   val count: Int     = (length + Sizes.Frame - 1) / Sizes.Frame

@@ -4,9 +4,19 @@ import scala.collection.mutable
 
 /** The sending side: pipes, and messages under way in turn (TP-01, TP-02, TP-05). */
 private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, counts: CountersModel) {
+  import SenderModel._
+
   private val numbers  = mutable.Map.empty[(Int, Int), Int].withDefaultValue(0)
+  private val unheard  = mutable.Map.empty[(Int, Int), Int].withDefaultValue(0)
+  private val leftAt   = mutable.Map.empty[(Int, Int), Long]
   private val underWay = mutable.Queue.empty[OutgoingModel] // the one whose turn it is in front
   private val over     = mutable.Buffer.empty[Ended]
+
+  private def isUsedUp(destination: Int, pipe: Int) = unheard(destination -> pipe) >= MostUnheard
+
+  /** Its receivers have not forgotten it yet (TB-26). */
+  private def rests(destination: Int, pipe: Int, now: Long) =
+    isUsedUp(destination, pipe) && now / Second - leftAt(destination -> pipe) / Second < Rest
 
   def send(
       tag: Int,
@@ -17,7 +27,8 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
       members: Set[Int]
   ): Boolean = {
     val pipe = (0 until Sizes.ProcessData).find { n =>
-      !underWay.exists(m => m.destination == destination && m.pipe == n) && !slots.waitsOf(destination, n)
+      !underWay.exists(m => m.destination == destination && m.pipe == n) &&
+      !slots.waitsOf(destination, n) && !rests(destination, n, now)
     }
     val isPossible = destination >= 0 && destination <= Sizes.LastAddress && destination != p.address &&
       data.nonEmpty && data.size <= Sizes.Message
@@ -25,6 +36,8 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
     for (n <- pipe if isPossible && hasPlace) {
       val number = numbers(destination -> n)
       numbers(destination -> n) = number + 1 & 0xff
+      unheard(destination -> n) = if (isUsedUp(destination, n)) 1 else unheard(destination -> n) + 1
+      leftAt(destination -> n) = now
       val who = if (destination == 0) members - p.address else Set(destination)
       underWay +=
         new OutgoingModel(p, tag, destination, urgent, n, number, data.toIndexedSeq, who, now)
@@ -36,16 +49,23 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
 
   /** A frame has left. Answers have identifiers with a pipe, too, but are no frames of a message. */
   def left(id: FrameId, now: Long): Unit =
-    if (id.isData || id.number <= Code.Close)
+    if (id.isData || id.number <= Code.Close) {
+      leftAt(id.destination -> id.pipe) = now
       underWay.filter(m => m.destination == id.destination && m.pipe == id.pipe).foreach(_.left(now))
+    }
 
   /** An answer has come, of the right form. */
   def answer(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
     val life        = if (id.number == Code.Unknown) bytes.head else bytes(1)
     val destination = if ((life & Sizes.ToAll) != 0) 0 else id.source
     underWay.find(m => m.destination == destination && m.pipe == id.pipe) match {
-      case Some(m) => m.answer(id.source, id.number, bytes, now).foreach(counts.add)
-      case None    => counts.add(Counter.Unexpected)
+      case Some(m) =>
+        val wrong    = m.answer(id.source, id.number, bytes, now)
+        val isOfThis = id.number != Code.Unknown && bytes.head == m.number
+        if (isOfThis && destination != 0 && !wrong.contains(Counter.Unexpected))
+          unheard(destination -> m.pipe) = 0
+        wrong.foreach(counts.add)
+      case None => counts.add(Counter.Unexpected)
     }
   }
 
@@ -80,4 +100,14 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
     over.clear()
     all
   }
+}
+
+private object SenderModel {
+  val Second = 1000000L
+
+  /** Numbers of a pipe that are used while nobody may have heard of them. */
+  val MostUnheard = 100
+
+  /** Seconds for which a pipe rests then. */
+  val Rest = 22L
 }

@@ -181,6 +181,7 @@ void outgoing_answer(struct transport *t, struct transport_outgoing *m, uint8_t 
     good = good && code == RING_DONE && bytes[0] == (uint8_t)(m->number - 1) && bytes[3] != RING_WRONG_CRC;
     code = RING_UNKNOWN;
   }
+  if (good && code != RING_UNKNOWN && m->destination != 0) t->unheard[m->destination][m->pipe] = 0;
   if (!good || (code == RING_UNKNOWN && is_short(m))) count(t, TRANSPORT_UNEXPECTED);
   else if (code == RING_UNKNOWN) unknown(m, now_us);
   else if (code == RING_DONE) done(m, from, bytes[3], now_us);

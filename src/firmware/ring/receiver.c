@@ -1,7 +1,11 @@
 /* The receiving side: pipes and buffers (TP-21 to TP-25, TP-30, TP-32). */
 #include "internal.h"
 
-enum { GAPS = 10 }; /* in a row, after which a message is dropped */
+enum {
+  GAPS = 10,     /* in a row, after which a message is dropped */
+  FORGET_S = 20, /* a pipe of which nothing comes */
+  US_IN_S = 1000000
+};
 
 void receiver_start(struct transport *t) {
   for (unsigned i = 0; i < TRANSPORT_PLACES; ++i)
@@ -62,7 +66,7 @@ static void begin(struct transport *t, const struct transport_message *message, 
     return;
   }
   m->state = INCOMING_OPEN;
-  m->held = m->detached = false;
+  m->held = m->detached = m->passed = false;
   m->parts = (uint16_t)((message->length + RING_FRAME_BYTES - 1) / RING_FRAME_BYTES);
   m->crc = crc;
   m->message = *message;
@@ -77,6 +81,39 @@ static void begin(struct transport *t, const struct transport_message *message, 
 }
 
 static bool is_older(uint8_t number, uint8_t than) { return (uint8_t)(number - than) > 127; }
+
+/* Older than what the pipe has had last, or has now. */
+static bool is_past(const struct transport_pipe *pipe, const struct transport_incoming *m, uint8_t number) {
+  return (pipe->has_last && is_older(number, pipe->last)) ||
+         (m != 0 && !m->passed && is_older(number, m->message.number));
+}
+
+static bool is_this(const struct transport_incoming *m, uint8_t number) {
+  return m != 0 && !m->passed && m->message.number == number;
+}
+
+static void hears_pipe(struct transport_pipe *pipe, uint64_t now_us) {
+  pipe->heard_s = (uint32_t)(now_us / US_IN_S);
+}
+
+/* Its last number is forgotten when nothing comes for long: its sender relies on that when it has used up the
+ * numbers that count as newer (TB-26). */
+static void forget_old(struct transport_pipe *pipe, struct transport_incoming *m, uint64_t now_us) {
+  if ((uint32_t)(now_us / US_IN_S) - pipe->heard_s < FORGET_S) return;
+  pipe->has_last = false;
+  if (m != 0) m->passed = true;
+}
+
+/* A sender has one message of a pipe under way: all before this one have ended, whatever they were. Without
+ * this 128 of them would make the next ones look old while one waits for the host, or no buffer is free. */
+static void pass_to(struct transport_pipe *pipe, struct transport_incoming *m, uint8_t number) {
+  const uint8_t before = (uint8_t)(number - 1);
+  if (m == 0 && !pipe->has_last) return;
+  if (m != 0) m->passed = true;
+  if (pipe->has_last && pipe->last == before) return;
+  pipe->has_last = pipe->refused = true;
+  pipe->last = before;
+}
 
 /* OPEN and SHORT (TP-21). */
 void receiver_opening(struct transport *t, const struct ring_id *id, const struct ring_frame *f,
@@ -97,16 +134,24 @@ void receiver_opening(struct transport *t, const struct ring_id *id, const struc
                                             .urgent = id->urgent,
                                             .length = (uint16_t)length};
   const uint32_t crc = is_short ? 0 : get_number(f->data + 4, 4);
-  const struct transport_pipe *pipe = pipe_of(t, &message);
+  struct transport_pipe *pipe = pipe_of(t, &message);
   struct transport_incoming *m = receiver_find(t, id->source, message.to_all, id->pipe);
-  if (pipe->has_last && pipe->last == message.number) {
-    reply_done(t, &message, life, pipe->refused ? RING_REFUSED : RING_DELIVERED);
-  } else if ((pipe->has_last && is_older(message.number, pipe->last)) ||
-             (m != 0 && is_older(message.number, m->message.number))) {
+  forget_old(pipe, m, now_us);
+  const bool is_last = pipe->has_last && pipe->last == message.number;
+  if (!is_last && is_past(pipe, m, message.number)) {
     count(t, TRANSPORT_OLD_NUMBER);
-  } else if (m != 0 && m->state == INCOMING_COMPLETE) {
+    return;
+  }
+  hears_pipe(pipe, now_us);
+  if (is_last) {
+    reply_done(t, &message, life, pipe->refused ? RING_REFUSED : RING_DELIVERED);
+    return;
+  }
+  const bool same = is_this(m, message.number);
+  if (!same) pass_to(pipe, m, message.number);
+  if (m != 0 && m->state == INCOMING_COMPLETE) {
     reply_busy(t, &message, life); /* until the host has taken it */
-  } else if (m != 0 && m->message.number == message.number && m->message.length == length && m->crc == crc) {
+  } else if (same && m->message.length == length && m->crc == crc) {
     hears(m, now_us);
   } else {
     if (m != 0) receiver_drop(t, m);
@@ -119,14 +164,15 @@ void receiver_close(struct transport *t, const struct ring_id *id, const uint8_t
   const uint8_t number = bytes[0];
   struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
-  bool late = pipe->has_last && (pipe->last == number || is_older(number, pipe->last));
-  if (m != 0 && is_older(number, m->message.number)) late = true;
-  if (m != 0 && m->message.number == number && m->state == INCOMING_COMPLETE) late = true;
-  if (late) {
+  forget_old(pipe, m, now_us);
+  if (is_past(pipe, m, number) || (pipe->has_last && pipe->last == number) ||
+      (is_this(m, number) && m->state == INCOMING_COMPLETE)) {
     count(t, TRANSPORT_UNEXPECTED);
     return;
   }
-  if (m != 0 && m->message.number == number) receiver_drop(t, m);
+  hears_pipe(pipe, now_us);
+  if (m != 0 && m->state == INCOMING_OPEN) receiver_drop(t, m);
+  else if (m != 0) m->passed = true;
   pipe->has_last = pipe->refused = true;
   pipe->last = number;
 }
@@ -151,8 +197,10 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
                    uint64_t now_us) {
   struct transport_source *s = life_known(t, id->source, now_us);
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
+  struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
   if (m == 0) {
     count(t, TRANSPORT_NO_MESSAGE);
+    forget_old(pipe, m, now_us);
     reply_no_message(t, id, s, now_us);
   } else if (m->state == INCOMING_COMPLETE) {
     count(t, TRANSPORT_DOUBLE);
@@ -166,6 +214,7 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
     count(t, TRANSPORT_DOUBLE);
   } else {
     s->heard_at = now_us;
+    hears_pipe(pipe, now_us);
     set_bit(m->bitmap, id->number);
     copy_bytes(m->data + RING_FRAME_BYTES * id->number, f->data, f->dlc);
     hears(m, now_us);
@@ -214,14 +263,15 @@ void transport_take(struct transport *t, const struct transport_message *message
   for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
     struct transport_incoming *m = &t->incoming[i];
     if (&m->message != message || m->state != INCOMING_COMPLETE) continue;
-    m->state = INCOMING_FREE;
-    if (m->detached) return;
     struct transport_pipe *pipe = pipe_of(t, message);
-    if (!pipe->has_last || !is_older(message->number, pipe->last)) {
-      pipe->has_last = true;
-      pipe->last = message->number;
-      pipe->refused = refuse;
-    }
+    life_known(t, message->source, t->now_us);
+    forget_old(pipe, m, t->now_us);
+    m->state = INCOMING_FREE;
+    /* Its sender would take DONE for that of another message, 256 later. */
+    if (m->detached || m->passed) return;
+    pipe->has_last = true;
+    pipe->last = message->number;
+    pipe->refused = refuse;
     reply_done(t, message, t->sources[message->source].life, refuse ? RING_REFUSED : RING_DELIVERED);
   }
 }

@@ -1,7 +1,12 @@
 /* The sending side: pipes, and messages under way in turn (TP-01, TP-02, TP-05, TP-31). */
 #include "internal.h"
 
-enum { MOST_ANSWERS = 200 }; /* of each member */
+enum {
+  MOST_ANSWERS = 200, /* of each member */
+  MOST_UNHEARD = 100, /* numbers of a pipe: of 127 the last one still counts as newer */
+  REST_S = 22,        /* until all receivers have forgotten a pipe, of which nothing comes */
+  US_IN_S = 1000000
+};
 
 static struct transport_outgoing *of_pipe(struct transport *t, uint8_t destination, uint8_t pipe) {
   for (uint8_t i = 0; i < TRANSPORT_OUTGOING; ++i) {
@@ -11,12 +16,35 @@ static struct transport_outgoing *of_pipe(struct transport *t, uint8_t destinati
   return 0;
 }
 
+static uint16_t seconds(uint64_t now_us) { return (uint16_t)(now_us / US_IN_S); }
+
+/* Whether so many numbers were used that a receiver which has heard of none could take the next one for an
+ * older one, or for the last one again. */
+static bool is_used_up(const struct transport *t, uint8_t destination, uint8_t pipe) {
+  return t->unheard[destination][pipe] >= MOST_UNHEARD;
+}
+
+static bool rests(const struct transport *t, uint8_t destination, uint8_t pipe, uint64_t now_us) {
+  return is_used_up(t, destination, pipe) &&
+         (uint16_t)(seconds(now_us) - t->left_s[destination][pipe]) < REST_S;
+}
+
 /* The lowest free pipe, or RING_PIPES. One of which a frame still waits is not free: that frame would get
  * into the next message. */
-static uint8_t free_pipe(struct transport *t, uint8_t destination) {
+static uint8_t free_pipe(struct transport *t, uint8_t destination, uint64_t now_us) {
   uint8_t pipe = 0;
-  while (pipe < RING_PIPES && (of_pipe(t, destination, pipe) || slot_waits_of(t, destination, pipe))) ++pipe;
+  while (pipe < RING_PIPES && (of_pipe(t, destination, pipe) || slot_waits_of(t, destination, pipe) ||
+                               rests(t, destination, pipe, now_us)))
+    ++pipe;
   return pipe;
+}
+
+/* A number of a pipe is used. A message to all counts whatever is answered: others may not have heard it. */
+static uint8_t take_number(struct transport *t, uint8_t destination, uint8_t pipe, uint64_t now_us) {
+  if (is_used_up(t, destination, pipe)) t->unheard[destination][pipe] = 0; /* it has rested */
+  ++t->unheard[destination][pipe];
+  t->left_s[destination][pipe] = seconds(now_us);
+  return t->numbers[destination][pipe]++;
 }
 
 static struct transport_outgoing *free_place(struct transport *t, bool urgent) {
@@ -33,7 +61,7 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
                     uint16_t length, const uint8_t *members, uint64_t now_us) {
   if (destination > RING_LAST_ADDRESS || destination == t->config.address) return false;
   if (length == 0 || length > TRANSPORT_MESSAGE_BYTES) return false;
-  const uint8_t pipe = free_pipe(t, destination);
+  const uint8_t pipe = free_pipe(t, destination, now_us);
   struct transport_outgoing *m = free_place(t, urgent);
   if (pipe == RING_PIPES || m == 0) return false;
   *m = (struct transport_outgoing){.used = true,
@@ -41,7 +69,7 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
                                    .open = true,
                                    .destination = destination,
                                    .pipe = pipe,
-                                   .number = t->numbers[destination][pipe]++,
+                                   .number = take_number(t, destination, pipe, now_us),
                                    .tag = tag,
                                    .length = length,
                                    .crc = ring_crc32(data, length),
@@ -80,9 +108,10 @@ bool transport_ended(struct transport *t, struct transport_end *end) {
 }
 
 void sender_left(struct transport *t, const struct ring_id *id, uint64_t now_us) {
-  if (id->pipe == RING_PROCESS_DATA) return;
+  if (id->pipe == RING_PROCESS_DATA || (!id->is_data && id->number > RING_CLOSE)) return;
   struct transport_outgoing *m = of_pipe(t, id->destination, id->pipe);
-  if (m != 0 && (id->is_data || id->number <= RING_CLOSE)) outgoing_left(m, now_us);
+  t->left_s[id->destination][id->pipe] = seconds(now_us);
+  if (m != 0) outgoing_left(m, now_us);
 }
 
 void sender_answer(struct transport *t, const struct ring_id *id, const uint8_t *bytes, uint64_t now_us) {

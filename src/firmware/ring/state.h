@@ -24,6 +24,7 @@ struct transport_incoming {
   enum { INCOMING_FREE, INCOMING_OPEN, INCOMING_COMPLETE } state;
   bool held;     /* the host has it in work */
   bool detached; /* its source has begun a new life, or is forgotten */
+  bool passed;   /* a newer one of its pipe has come, or nothing for long: it is not awaited (TB-25) */
   uint16_t parts, received;
   int16_t highest; /* the highest frame that a MISSING has named, or -1 */
   uint8_t gaps;
@@ -40,13 +41,14 @@ struct transport_source {
   uint64_t heard_at;
 };
 
-/* A pipe of a source. Times are kept in ms, mod 65,536. */
+/* A pipe of a source. There are many: they are kept small. */
 struct transport_pipe {
-  bool has_last, refused; /* the last message delivered or refused */
-  bool seen;              /* the host has got a message of it */
-  bool answered;
+  bool has_last : 1, refused : 1; /* the last message delivered or refused */
+  bool seen : 1;                  /* the host has got a message of it */
+  bool answered : 1;
   uint8_t last;
-  uint16_t answered_ms;
+  uint16_t answered_ms; /* mod 65,536 */
+  uint32_t heard_s;     /* something of it has come last */
 };
 
 struct transport_answer {
@@ -73,6 +75,7 @@ enum { TRANSPORT_PLACES = TRANSPORT_BUFFERS + TRANSPORT_SHORTS };
 struct transport {
   struct can_port *port;
   struct transport_config config;
+  uint64_t now_us; /* when a frame came, or was looked, last */
   uint32_t counters[TRANSPORT_COUNTERS];
 
   /* What waits in the port, and answers that wait for a place there, the oldest first. */
@@ -84,6 +87,8 @@ struct transport {
   struct transport_outgoing outgoing[TRANSPORT_OUTGOING];
   uint8_t turn;                                 /* the place behind the one that has sent last */
   uint8_t numbers[TRANSPORT_NODES][RING_PIPES]; /* of the next message */
+  uint8_t unheard[TRANSPORT_NODES][RING_PIPES]; /* numbers used of which nobody may have heard (TB-26) */
+  uint16_t left_s[TRANSPORT_NODES][RING_PIPES]; /* a frame of it has left last, mod 65,536 */
 
   struct transport_source sources[TRANSPORT_NODES];
   struct transport_pipe pipes[TRANSPORT_NODES][2][RING_PIPES]; /* to this node, to all */

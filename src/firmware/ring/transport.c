@@ -51,6 +51,7 @@ static void control(struct transport *t, const struct ring_id *id, const struct 
 
 void transport_receive(struct transport *t, const struct ring_frame *f, uint64_t now_us) {
   const struct ring_id id = ring_id_of(f->id);
+  t->now_us = now_us;
   if (id.source == 0 || id.source > RING_LAST_ADDRESS) count(t, TRANSPORT_WRONG_SOURCE);
   else if (id.source == t->config.address) count(t, TRANSPORT_OWN_ADDRESS);
   else if (id.destination != 0 && id.destination != t->config.address) count(t, TRANSPORT_FOREIGN);
@@ -62,6 +63,7 @@ void transport_receive(struct transport *t, const struct ring_frame *f, uint64_t
 }
 
 uint64_t transport_poll(struct transport *t, uint64_t now_us) {
+  t->now_us = now_us;
   slots_look(t, now_us);
   const uint64_t due =
       earlier(sender_poll(t, now_us), earlier(receiver_poll(t, now_us), station_poll(t, now_us)));

@@ -245,11 +245,60 @@ abstract class ReceiverRules extends TransportCases {
     assert(b.hear(short(200, Seq(1))) == Seq(doneBy(200, 1)) && b.t.received.isEmpty)
     deliver(b, 201)
     b.hear(short(202, Seq(1)), close(203))
-    assert(b.take().number == 202 && b.run() == Seq(doneBy(202)))
+    assert(b.take().number == 202 && b.run().isEmpty) // TB-25
     assert(b.hear(short(202, Seq(1))).isEmpty && b.hear(short(203, Seq(1))) == Seq(doneBy(203, 1)))
     assert(b.hear(close(203), close(202)).isEmpty)
     assert(b.counts == Map(Counter.OldNumber -> 1, Counter.Unexpected -> 2))
     deliver(b, 204)
+  }
+
+  private val hello = BusFrame(id(Code.Hello, to = 0), Life +: Seq.fill(7)(0))
+
+  /** Of the peer there are only HELLO. */
+  private def seconds(b: Bench, count: Int): Unit = for (_ <- 1 to count) {
+    b.run(ms(1000))
+    b.hear(hello)
+  }
+
+  "TP-21, TB-25: messages that pass by" should "not make the next ones look old, nor bring DONE" in node() {
+    b =>
+      b.hear(short(0, Seq(1)))
+      for (n <- 1 to 256) assert(b.hear(short(n & 0xff, Seq(2))) == Seq(busyBy(n & 0xff)), n)
+      assert(b.take().data == Seq(1) && b.run().isEmpty) // the sender would take it for that of the last one
+      deliver(b, 0)
+      assert(b.counts == Map.empty)
+  }
+
+  it should "not do so while no buffer is free" in node() { b =>
+    deliver(b, 0)
+    for (pipe <- 1 to 4) b.hear(open(0, message(20), pipe))
+    for (n    <- 1 to 200) assert(b.hear(open(n, message(20))) == Seq(busyBy(n)), n)
+    b.run(ms(200))
+    assert(b.hear(short(199, Seq(1))) == Seq(doneBy(199, 1)) && b.t.received.isEmpty)
+    deliver(b, 201, message(20))
+  }
+
+  it should "also be those that are given up" in node() { b =>
+    b.hear(short(0, Seq(1)))
+    for (n <- 1 to 256) b.hear(short(n & 0xff, Seq(2)), BusFrame(id(Code.Close), Seq(n & 0xff, Life)))
+    assert(b.take().data == Seq(1) && b.run().isEmpty)
+    assert(b.hear(short(0, Seq(2))) == Seq(doneBy(0, 1)))
+    deliver(b, 1)
+  }
+
+  "TB-26: a pipe of which nothing comes for 20 s" should "be forgotten, but not its mark" in node() { b =>
+    deliver(b, 5)
+    seconds(b, 19)
+    assert(b.hear(short(5, Seq(1))) == Seq(doneBy(5)))
+    seconds(b, 19)
+    assert(b.hear(parts(message(20)).head) == Seq(doneBy(5)))
+    seconds(b, 1)
+    assert(b.hear(parts(message(20)).head).map(code) == Seq(Code.Unknown))
+    assert(!deliver(b, 5).repeat)
+    b.hear(short(6, Seq(1)))
+    seconds(b, 20)
+    assert(b.take().number == 6 && b.run().isEmpty)
+    deliver(b, 200)
   }
 
   "TP-30, TB-13: the first message of each pipe after the start" should "carry the mark" in node() { b =>

@@ -288,6 +288,55 @@ abstract class SenderRules extends TransportCases {
     assert(b.run(ms(1000)).isEmpty && b.ended().isEmpty)
   }
 
+  private def pipe(frames: Seq[BusFrame]) = FrameId.of(frames.head.id).pipe
+
+  "TP-02, TB-26: a pipe" should "rest when 100 of its numbers may be unheard" in node() { b =>
+    def givesUp(count: Int) = for (tag <- 1 to count) yield {
+      val sent = b.send(Seq(1), tag)
+      b.t.cancel(tag)
+      b.run()
+      assert(b.ended().map(_.outcome) == Seq(all.NotConfirmed))
+      pipe(sent)
+    }
+    assert(givesUp(100).distinct == Seq(0) && givesUp(1) == Seq(1))
+    b.run(ms(21500))
+    assert(givesUp(1) == Seq(1))
+    b.run(ms(500))
+    assert(givesUp(100).distinct == Seq(0) && givesUp(1) == Seq(1))
+  }
+
+  it should "not rest while its receiver answers" in node() { b =>
+    for (n <- 1 to 500) {
+      assert(pipe(b.send(Seq(1))) == 0)
+      if (n % 100 == 0) b.hear(busy(n - 1 & 0xff, 1))
+      b.t.cancel(1)
+      b.run()
+    }
+  }
+
+  "TP-30, TB-26: a node that has not heard messages to all" should "get the next ones all the same" in
+    node() { b =>
+      withTransport(TransportParams(Peer, Life), Start) { t =>
+        val other = new Bench(t)
+        val to    = Some(Set(Peer))
+        def done(f: BusFrame) =
+          BusFrame(id(Code.Done, pipe(Seq(f)), from = 3), Seq(f.data.head, 0x87, 0x80, 0))
+        def toPeer(data: Int) = {
+          assert(other.hear(b.send(Seq(data), to = 0, members = to): _*).isEmpty)
+          assert(other.take().data == Seq(data))
+          b.hear(other.run(): _*)
+          assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+        }
+        toPeer(1)
+        // The next number would be taken for the last one, or for an older one.
+        for (missed <- Seq(255, 128, 127)) {
+          for (_ <- 1 to missed) b.hear(done(b.send(Seq(9), to = 0, members = Some(Set(3))).head))
+          assert(b.ended().size == missed)
+          toPeer(missed & 0x7f)
+        }
+      }
+    }
+
   // ---- to all ----
 
   private def toAll(code: Int, bytes: Int*)(from: Int) = BusFrame(id(code, from = from), bytes)
