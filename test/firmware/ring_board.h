@@ -18,6 +18,8 @@ struct RingBoard : board {
   uint32_t now = 1000;  // the host's clock, us
   bool gone = false;    // nothing drives the host bus: it reads as `floating`
   uint8_t floating = 0xff;
+  bool alone = false;   // nobody acknowledges: frames wait until they are aborted
+  unsigned waiting = 0;
   std::deque<Bytes> fifo;
   std::vector<ring_frame> frames;
 
@@ -32,16 +34,23 @@ struct RingBoard : board {
     if (isIn(a, NODE_NODE_TIME, 4)) return static_cast<uint8_t>(now >> 8 * (a - NODE_NODE_TIME));
     if (a == NODE_CAN_F_RX_LEVEL) return static_cast<uint8_t>(std::min<size_t>(fifo.size(), 64));
     if (isIn(a, NODE_CAN_F_RX_FRAME, 16)) return fifo.empty() ? 0 : fifo.front()[a - NODE_CAN_F_RX_FRAME];
-    if (isIn(a, NODE_CAN_F_REQUEST, 2)) return 0;
+    if (isIn(a, NODE_CAN_F_REQUEST, 2)) return static_cast<uint8_t>(waiting >> 8 * (a - NODE_CAN_F_REQUEST));
     return board::readByte(a);
   }
   void writeByte(uint16_t a, uint8_t value) override {
     if (gone) return;
     board::writeByte(a, value);
     if (a == NODE_CAN_F_RX_RELEASE && !fifo.empty()) fifo.pop_front();
-    if (a == NODE_CAN_F_REQUEST || a == NODE_CAN_F_REQUEST + 1)
-      for (unsigned i = 0; i < 8; ++i)
-        if (value >> i & 1) leave(i + 8 * (a - NODE_CAN_F_REQUEST));
+    const unsigned bits = value;
+    if (isIn(a, NODE_CAN_F_REQUEST, 2)) waiting |= bits << 8 * (a - NODE_CAN_F_REQUEST);
+    if (isIn(a, NODE_CAN_F_ABORT, 2)) waiting &= ~(bits << 8 * (a - NODE_CAN_F_ABORT));
+    if (a == NODE_CAN_F_COMMAND && value & NODE_CAN_F_ABORT_ALL_MASK) waiting = 0;
+    if (!alone) leaveAll();
+  }
+  void leaveAll() {
+    for (unsigned i = 0; i < 16; ++i)
+      if (waiting >> i & 1) leave(i);
+    waiting = 0;
   }
   void leave(unsigned slot) {
     const uint8_t* bytes = &memory[NODE_CAN_F_SLOTN(slot)];

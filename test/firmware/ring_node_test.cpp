@@ -90,9 +90,33 @@ void testOnes() {
   check("TB-24: one that does not start sends nothing",
         b.node.fault == RING_NODE_SETTINGS && b.at.frames.empty());
 }
+// For minutes nobody is there who would acknowledge a frame.
+void testAlone() {
+  NodeBench b;
+  transport* t = &b.node.transport;
+  const auto sets = [&](uint8_t value) { transport_object(t, kPeer, kObject, &value, 1); };
+  const uint8_t data[] = {1};
+  b.at.alone = true;
+  b.takes(0, kLife), sets(1);
+  transport_send(t, 7, kPeer, false, data, sizeof data, nullptr, b.node.now_us);
+  b.run(500), transport_cancel(t, 7), b.run(100000), sets(2), b.run(400);
+  b.at.frames.clear(), b.at.leaveAll(), b.at.alone = false, b.run(1);
+  unsigned messages = 0, values = 0;
+  bool isNewest = true;
+  for (const ring_frame& f : b.at.frames) {
+    const ring_id id = ring_id_of(f.id);
+    const bool isValue = id.pipe == RING_PROCESS_DATA;
+    if (isValue) ++values, isNewest = isNewest && f.data[0] == 2;
+    else if (id.number != RING_HELLO) ++messages;
+  }
+  check("TP-50, TB-27: the value that goes out when others are back is the newest one",
+        values > 0 && isNewest);
+  check("TB-27: what has ended meanwhile does not go out, neither do old answers", messages == 0);
+}
 }  // namespace
 
 void testRingNode() {
   testTime(0x00), testTime(0xff);
   testOnes();
+  testAlone();
 }

@@ -47,6 +47,10 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
 
   def cancel(tag: Int): Unit = underWay.filter(_.tag == tag).foreach(_.cancel())
 
+  /** A frame is of a message that has not ended. */
+  def has(id: FrameId): Boolean = (id.isData || id.number <= Code.Close) &&
+    underWay.exists(m => m.destination == id.destination && m.pipe == id.pipe)
+
   /** A frame has left. Answers have identifiers with a pipe, too, but are no frames of a message. */
   def left(id: FrameId, now: Long): Unit =
     if (id.isData || id.number <= Code.Close) {

@@ -2,13 +2,15 @@ package flyframe.transport
 
 import scala.collection.mutable
 
-/** The frames of a node that wait in its port, each once (TP-06).
-  *
-  * @param places
-  *   how many there may be (TB-04)
-  */
-private[transport] class SlotsModel(places: Int) {
+/** The time at which a node was looked at last, us. */
+private[transport] class ClockModel(var now: Long)
+
+/** The frames of a node that wait in its port, each once (TP-06). */
+private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
+  private val places  = p.slots // how many there may be (TB-04)
   private val waiting = mutable.Map.empty[Int, BusFrame]
+  private val since   = mutable.Map.empty[Int, Long]
+  private val back    = mutable.Buffer.empty[Int]
   private val fresh   = mutable.Buffer.empty[BusFrame]
 
   def waits(id: Int): Boolean = waiting.contains(id)
@@ -31,10 +33,33 @@ private[transport] class SlotsModel(places: Int) {
 
   def put(frame: BusFrame): Unit = {
     waiting(frame.id) = frame
+    since(frame.id) = clock.now
     fresh += frame
   }
 
   def left(id: Int): Unit = waiting -= id
+
+  /** Takes back what has waited for too long (TB-27).
+    *
+    * @param isUnderWay
+    *   a frame is of a message that has not ended
+    * @return
+    *   when the next one will have
+    */
+  def takeBack(isUnderWay: FrameId => Boolean): Long = {
+    val ends =
+      for (id <- waiting.keys.toSeq if !isUnderWay(FrameId.of(id)))
+        yield id -> (since(id) + p.staleUs(FrameId.of(id)))
+    val (stale, others) = ends.partition(_._2 <= clock.now)
+    back ++= stale.map(_._1)
+    others.map(_._2).minOption.getOrElse(Long.MaxValue)
+  }
+
+  def drainAborted(): Seq[Int] = {
+    val all = back.toList
+    back.clear()
+    all
+  }
 
   def drain(): Seq[BusFrame] = {
     val all = fresh.toList

@@ -9,26 +9,40 @@ private[transport] class CountersModel {
 }
 
 /** Answers that wait for a place in the port. The newest of a kind takes the place of an older one. */
-private[transport] class AnswersModel(slots: SlotsModel, counts: CountersModel) {
-  private var waiting = Vector.empty[((Int, Boolean), BusFrame)]
+private[transport] class AnswersModel(
+    p: TransportParams,
+    clock: ClockModel,
+    slots: SlotsModel,
+    counts: CountersModel
+) {
+  private case class Waiting(toAll: Boolean, frame: BusFrame, since: Long) {
+    def id: FrameId = FrameId.of(frame.id)
+  }
+  private var waiting = Vector.empty[Waiting]
 
   def put(frame: BusFrame, toAll: Boolean): Unit = {
-    val key  = (frame.id, toAll)
-    val same = waiting.indexWhere(_._1 == key)
-    val most = if (FrameId.of(frame.id).urgent) Sizes.Answers else Sizes.Answers - 4
+    val answer = Waiting(toAll, frame, clock.now)
+    val same   = waiting.indexWhere(a => a.frame.id == frame.id && a.toAll == toAll)
+    val most   = if (answer.id.urgent) Sizes.Answers else Sizes.Answers - 4
     if (slots.waits(frame)) ()
-    else if (same >= 0) waiting = waiting.updated(same, key -> frame)
-    else if (waiting.size < most) waiting :+= key -> frame
+    else if (same >= 0) waiting = waiting.updated(same, answer)
+    else if (waiting.size < most) waiting :+= answer
     else counts.add(Counter.AnswerLost)
   }
 
+  /** Nobody awaits an old answer (TB-27). */
+  def dropOld(): Unit = {
+    val (old, others) = waiting.partition(a => clock.now >= a.since + p.staleUs(a.id))
+    old.foreach(_ => counts.add(Counter.AnswerLost))
+    waiting = others
+  }
+
   def queueOne(urgent: Boolean): Boolean = {
-    val i = waiting.indexWhere { case (_, f) =>
-      val id = FrameId.of(f.id)
-      id.urgent == urgent && !slots.waits(f.id) && slots.hasRoom(id)
+    val i = waiting.indexWhere { a =>
+      a.id.urgent == urgent && !slots.waits(a.frame.id) && slots.hasRoom(a.id)
     }
     if (i >= 0) {
-      slots.put(waiting(i)._2)
+      slots.put(waiting(i).frame)
       waiting = waiting.patch(i, Nil, 1)
     }
     i >= 0
@@ -38,17 +52,21 @@ private[transport] class AnswersModel(slots: SlotsModel, counts: CountersModel) 
 /** The golden model of a node's transport. */
 class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnderTest {
   private val counts   = new CountersModel
-  private val slots    = new SlotsModel(p.slots)
-  private val answers  = new AnswersModel(slots, counts)
+  private val clock    = new ClockModel(start)
+  private val slots    = new SlotsModel(p, clock)
+  private val answers  = new AnswersModel(p, clock, slots, counts)
   private val sender   = new SenderModel(p, slots, counts)
   private val receiver = new ReceiverModel(p, answers, counts)
   private val station  = new StationModel(p, slots, start)
   private val departed = mutable.Buffer.empty[Int]
 
   def poll(now: Long): Long = {
+    clock.now = now
     departed.foreach(id => sender.left(FrameId.of(id), now))
     departed.clear()
-    val due = Seq(sender.poll(now), receiver.poll(now), station.poll(now)).min
+    val stale = slots.takeBack(sender.has)
+    answers.dropOld()
+    val due = Seq(stale, sender.poll(now), receiver.poll(now), station.poll(now)).min
     sender.collect() // what an answer has ended sends nothing more
     def one = answers.queueOne(urgent = true) || sender.queueOne(urgent = true) ||
       answers.queueOne(urgent = false) || station.queueOne() || sender.queueOne(urgent = false)
@@ -59,6 +77,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
 
   def receive(frame: BusFrame, now: Long): Unit = {
     val id = FrameId.of(frame.id)
+    clock.now = now
     if (id.source == 0 || id.source > Sizes.LastAddress) counts.add(Counter.WrongSource)
     else if (id.source == p.address) counts.add(Counter.OwnAddress)
     else if (id.destination != 0 && id.destination != p.address) counts.add(Counter.Foreign)
@@ -102,6 +121,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
   }
 
   def queued(): Seq[BusFrame] = slots.drain()
+  def aborted(): Seq[Int]     = slots.drainAborted()
 
   def send(
       tag: Int,

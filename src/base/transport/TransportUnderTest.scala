@@ -30,6 +30,12 @@ final case class TransportParams(
   /** T_answer in us (TP-12). */
   def answerUs: Long = 50000L max 5000000L / kbps
 
+  /** What waits in the port for so many us is taken back (TB-27). */
+  def staleUs(id: FrameId): Long = {
+    val isValue = id.isData && id.pipe == Sizes.ProcessData
+    (if (isValue) 3000L * pdMs else 1000000L) max 20000000L / kbps
+  }
+
   /** T_gap in us (TP-23). */
   def gapUs: Long = 20000L max 2000000L / kbps
 }
@@ -120,7 +126,7 @@ object Counter extends Enumeration {
   /** Open messages that were dropped. */
   val Dropped = Value
 
-  /** Answers for which there was no place. */
+  /** Answers for which there was no place, in time. */
   val AnswerLost = Value
 
   /** Process data of an object that nobody follows. */
@@ -149,6 +155,11 @@ trait TransportUnderTest {
 
   /** Frames given to the port since the last call. */
   def queued(): Seq[BusFrame]
+
+  /** Identifiers of frames that the port is to take back, since the last call: they leave no more, unless
+    * they are on the wire. `left` tells when they wait no more.
+    */
+  def aborted(): Seq[Int]
 
   /** The host sends a message.
     *

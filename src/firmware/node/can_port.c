@@ -157,6 +157,14 @@ bool can_port_waits(const struct can_port *port, uint32_t id) {
   return false;
 }
 
+void can_port_abort(struct can_port *port, uint32_t id) {
+  if (!port->works) return;
+  const uint16_t waiting = pending(port);
+  for (unsigned n = 0; n < port->slots; ++n)
+    if ((waiting >> n & 1) != 0 && port->ids[n] == id)
+      write_number(port->board, (uint16_t)(NODE_CAN_F_ABORT + n / 8), 1, 1u << n % 8);
+}
+
 bool can_port_receive(struct can_port *port, struct ring_frame *frame) {
   uint8_t bytes[FRAME_BYTES];
   if (read_number(port->board, NODE_CAN_F_RX_LEVEL, 1) == 0) return false;

@@ -5,6 +5,8 @@
 #include "bytes.h"
 #include "transport.h"
 
+enum { US_IN_MS = 1000, US_IN_S = 1000000 };
+
 static inline void count(struct transport *t, enum transport_counter counter) { ++t->counters[counter]; }
 static inline uint64_t earlier(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
@@ -18,12 +20,16 @@ static inline uint64_t time_or_bits(const struct transport *t, uint32_t us, uint
 bool slot_waits(const struct transport *t, uint32_t id);
 bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe);
 bool slot_put(struct transport *t, const struct ring_frame *frame); /* false: no room for it */
-void slots_look(struct transport *t, uint64_t now_us);              /* which frames have left */
+/* Which frames have left; those that wait for too long are taken back. When the next one will have. */
+uint64_t slots_look(struct transport *t, uint64_t now_us);
+/* When a frame has waited for too long, in the port or for a place there (TB-27). */
+uint64_t stale_at(const struct transport *t, uint32_t id, uint64_t put_at);
 struct ring_frame control_frame(const struct transport *t, bool urgent, uint8_t destination,
                                 enum ring_code code, uint8_t pipe, uint8_t dlc);
 
 /* answers.c: answers that wait for a slot. */
 void answer_put(struct transport *t, const struct ring_frame *frame, bool to_all);
+void answers_look(struct transport *t, uint64_t now_us); /* those that wait for too long are dropped */
 bool answer_queue_one(struct transport *t, bool urgent);
 
 /* outgoing.c: one message under way. */
@@ -35,6 +41,7 @@ void outgoing_answer(struct transport *t, struct transport_outgoing *m, uint8_t 
                      const uint8_t *bytes, uint64_t now_us);
 
 /* sender.c: all of them. */
+bool sender_has(struct transport *t, const struct ring_id *id); /* the message of a frame is under way */
 void sender_left(struct transport *t, const struct ring_id *id, uint64_t now_us);
 void sender_answer(struct transport *t, const struct ring_id *id, const uint8_t *bytes, uint64_t now_us);
 bool sender_queue_one(struct transport *t, bool urgent);

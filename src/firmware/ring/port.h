@@ -17,4 +17,8 @@ bool can_port_send(struct can_port *port, const struct ring_frame *frame);
  * up. When it has been sent, every node that can be reached has got it. */
 bool can_port_waits(const struct can_port *port, uint32_t id);
 
+/* Takes the frame with this identifier back: it does not leave any more, unless it is on the wire. It waits
+ * until that is certain. */
+void can_port_abort(struct can_port *port, uint32_t id);
+
 #endif

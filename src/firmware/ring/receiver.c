@@ -2,9 +2,8 @@
 #include "internal.h"
 
 enum {
-  GAPS = 10,     /* in a row, after which a message is dropped */
-  FORGET_S = 20, /* a pipe of which nothing comes */
-  US_IN_S = 1000000
+  GAPS = 10,    /* in a row, after which a message is dropped */
+  FORGET_S = 20 /* a pipe of which nothing comes */
 };
 
 void receiver_start(struct transport *t) {

@@ -4,8 +4,7 @@
 enum {
   MOST_ANSWERS = 200, /* of each member */
   MOST_UNHEARD = 100, /* numbers of a pipe: of 127 the last one still counts as newer */
-  REST_S = 22,        /* until all receivers have forgotten a pipe, of which nothing comes */
-  US_IN_S = 1000000
+  REST_S = 22         /* until all receivers have forgotten a pipe, of which nothing comes */
 };
 
 static struct transport_outgoing *of_pipe(struct transport *t, uint8_t destination, uint8_t pipe) {
@@ -107,8 +106,16 @@ bool transport_ended(struct transport *t, struct transport_end *end) {
   return false;
 }
 
+static bool is_of_message(const struct ring_id *id) {
+  return id->pipe != RING_PROCESS_DATA && (id->is_data || id->number <= RING_CLOSE);
+}
+
+bool sender_has(struct transport *t, const struct ring_id *id) {
+  return is_of_message(id) && of_pipe(t, id->destination, id->pipe) != 0;
+}
+
 void sender_left(struct transport *t, const struct ring_id *id, uint64_t now_us) {
-  if (id->pipe == RING_PROCESS_DATA || (!id->is_data && id->number > RING_CLOSE)) return;
+  if (!is_of_message(id)) return;
   struct transport_outgoing *m = of_pipe(t, id->destination, id->pipe);
   t->left_s[id->destination][id->pipe] = seconds(now_us);
   if (m != 0) outgoing_left(m, now_us);

@@ -1,9 +1,12 @@
 /* The frames that wait in the port: each once (TP-06). */
 #include "internal.h"
 
+/* What waits for so long is of no use when it leaves at last. */
+enum { STALE_US = 1000000, STALE_BITS = 20000, STALE_PD = 3 };
+
 bool slot_waits(const struct transport *t, uint32_t id) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
-    if (t->slots[i].id == id) return true;
+    if (t->slots[i].frame.id == id) return true;
   return false;
 }
 
@@ -11,9 +14,9 @@ bool slot_waits(const struct transport *t, uint32_t id) {
  * been looked at yet. */
 bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe) {
   for (uint8_t i = 0; i < t->slot_count; ++i) {
-    const struct ring_id id = ring_id_of(t->slots[i].id);
+    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
     if (id.destination == destination && id.pipe == pipe && (id.is_data || id.number <= RING_CLOSE) &&
-        can_port_waits(t->port, t->slots[i].id))
+        can_port_waits(t->port, t->slots[i].frame.id))
       return true;
   }
   return false;
@@ -30,21 +33,35 @@ static unsigned places_for(const struct transport *t, const struct ring_id *id) 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
   if (t->slot_count >= places_for(t, &id) || !can_port_send(t->port, frame)) return false;
-  t->slots[t->slot_count++] = *frame;
+  t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
   return true;
 }
 
-void slots_look(struct transport *t, uint64_t now_us) {
+uint64_t stale_at(const struct transport *t, uint32_t id_word, uint64_t put_at) {
+  const struct ring_id id = ring_id_of(id_word);
+  const bool is_value = id.is_data && id.pipe == RING_PROCESS_DATA;
+  const uint32_t value_us = (uint32_t)t->config.pd_ms * STALE_PD * US_IN_MS;
+  return put_at + time_or_bits(t, is_value ? value_us : STALE_US, STALE_BITS);
+}
+
+uint64_t slots_look(struct transport *t, uint64_t now_us) {
+  uint64_t due = UINT64_MAX;
   uint8_t kept = 0;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
-    if (can_port_waits(t->port, t->slots[i].id)) {
-      t->slots[kept++] = t->slots[i];
-    } else {
-      const struct ring_id id = ring_id_of(t->slots[i].id);
+    const struct transport_slot slot = t->slots[i];
+    const struct ring_id id = ring_id_of(slot.frame.id);
+    if (!can_port_waits(t->port, slot.frame.id)) {
       sender_left(t, &id, now_us);
+      continue;
     }
+    t->slots[kept++] = slot;
+    if (sender_has(t, &id)) continue; /* for 10 s at most, then the message has ended */
+    const uint64_t end = stale_at(t, slot.frame.id, slot.put_at);
+    if (now_us >= end) can_port_abort(t->port, slot.frame.id);
+    else due = earlier(due, end);
   }
   t->slot_count = kept;
+  return due;
 }
 
 struct ring_frame control_frame(const struct transport *t, bool urgent, uint8_t destination,

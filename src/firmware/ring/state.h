@@ -51,8 +51,14 @@ struct transport_pipe {
   uint32_t heard_s;     /* something of it has come last */
 };
 
+struct transport_slot {
+  uint64_t put_at;
+  struct ring_frame frame;
+};
+
 struct transport_answer {
   bool to_all;
+  uint64_t put_at;
   struct ring_frame frame;
 };
 
@@ -79,7 +85,7 @@ struct transport {
   uint32_t counters[TRANSPORT_COUNTERS];
 
   /* What waits in the port, and answers that wait for a place there, the oldest first. */
-  struct ring_frame slots[TRANSPORT_SLOTS];
+  struct transport_slot slots[TRANSPORT_SLOTS];
   uint8_t slot_count;
   struct transport_answer answers[TRANSPORT_ANSWERS];
   uint8_t answer_count;

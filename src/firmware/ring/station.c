@@ -1,7 +1,7 @@
 /* What needs no answer: HELLO (TP-31) and process data (TP-50). */
 #include "internal.h"
 
-enum { HELLO_MS = 1000, US_IN_MS = 1000, MEMBER_HELLOS = 3, PORTS = 1 /* byte of HELLO behind the life */ };
+enum { HELLO_MS = 1000, MEMBER_HELLOS = 3, PORTS = 1 /* byte of HELLO behind the life */ };
 
 static uint32_t hello_us(const struct transport *t) {
   return (t->config.hello_ms == 0 ? HELLO_MS : t->config.hello_ms) * (uint32_t)US_IN_MS;

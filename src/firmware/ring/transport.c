@@ -6,6 +6,7 @@ void transport_start(struct transport *t, struct can_port *port, const struct tr
   for (uint32_t i = 0; i < sizeof *t; ++i) ((uint8_t *)t)[i] = 0; /* too large for a literal on a stack */
   t->port = port;
   t->config = *config;
+  t->now_us = now_us;
   if (config->slots < TRANSPORT_FEWEST_SLOTS || config->slots > TRANSPORT_SLOTS)
     t->config.slots = TRANSPORT_FEWEST_SLOTS;
   receiver_start(t);
@@ -64,9 +65,11 @@ void transport_receive(struct transport *t, const struct ring_frame *f, uint64_t
 
 uint64_t transport_poll(struct transport *t, uint64_t now_us) {
   t->now_us = now_us;
-  slots_look(t, now_us);
-  const uint64_t due =
-      earlier(sender_poll(t, now_us), earlier(receiver_poll(t, now_us), station_poll(t, now_us)));
+  uint64_t due = slots_look(t, now_us);
+  answers_look(t, now_us);
+  due = earlier(due, sender_poll(t, now_us));
+  due = earlier(due, receiver_poll(t, now_us));
+  due = earlier(due, station_poll(t, now_us));
   while (answer_queue_one(t, true) || sender_queue_one(t, true) || answer_queue_one(t, false) ||
          station_queue_one(t) || sender_queue_one(t, false)) {
   }

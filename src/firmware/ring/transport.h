@@ -55,7 +55,7 @@ enum transport_counter {
   TRANSPORT_BEYOND_END,  /* MISSING that names nothing, or a frame behind the end */
   TRANSPORT_BAD_CRC,     /* messages that came whole, with a wrong CRC */
   TRANSPORT_DROPPED,     /* open messages that were dropped */
-  TRANSPORT_ANSWER_LOST, /* answers for which there was no place */
+  TRANSPORT_ANSWER_LOST, /* answers for which there was no place, in time */
   TRANSPORT_UNWATCHED,   /* process data of an object that is not followed */
   TRANSPORT_COUNTERS
 };

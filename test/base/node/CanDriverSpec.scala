@@ -141,6 +141,21 @@ class CanDriverSpec extends AnyFlatSpec {
       assert(b.host.received() == Seq(asCan(to(2, 9, 2))))
   }
 
+  "CAN-40, TB-27: the driver in C" should "take a frame back that nobody acknowledges, and no other" in
+    bench { b =>
+      b.host.setControl(0)
+      val (old, kept) = (to(2, 9, 1), to(2, 9, 2))
+      assert(b.driver.send(old) && b.driver.send(kept))
+      b.run(50)
+      b.driver.abort(old.id)
+      b.run(500) // it may have been on the wire
+      assert(!b.driver.waits(old.id) && b.driver.waits(kept.id))
+      b.driver.abort(old.id)
+      b.host.setControl(1)
+      b.run(1000)
+      assert(!b.driver.waits(kept.id) && b.host.received() == Seq(asCan(kept)))
+    }
+
   "CAN-01: the driver in C" should "tell that there is no node" in {
     val driver = new DriverInC((_, count) => Seq.fill(count)(0xff), (_, _) => ())
     try assert(!driver.start(9, home = false, 500, 50))

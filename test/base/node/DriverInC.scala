@@ -75,6 +75,7 @@ class DriverInC(read: (Int, Int) => Seq[Int], write: (Int, Seq[Int]) => Unit) {
       Seq(frame.id.toLong -> 4, frame.dlc.toLong -> 1) ++ frame.data.padTo(8, 0).map(_.toLong -> 1): _*
     )._1
   def waits(id: Int): Boolean = call('W', id.toLong -> 4)._1
+  def abort(id: Int): Unit    = call('A', id.toLong -> 4)
   def receive(): Option[BusFrame] = {
     val (is, frame) = call('R')
     Option.when(is)(frame)

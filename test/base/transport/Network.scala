@@ -104,6 +104,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
       polledAt = now
       due = t.poll(now)
       val fresh = t.queued()
+      for (id <- t.aborted(); f <- slots.find(_.id == id)) leave(f)
       fresh.foreach(f => tracker.queued(address, life, f, underWay.values))
       val urgent = fresh.map(f => FrameId.of(f.id).urgent)
       assert(urgent == urgent.sorted.reverse, "TP-05: a normal frame in front of an urgent one")

@@ -13,6 +13,7 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
   private val in     = child.in
   private val out    = child.out
   private val fresh  = mutable.Buffer.empty[BusFrame]
+  private val back   = mutable.Buffer.empty[Int]
   private val over   = mutable.Buffer.empty[Ended]
   private var hasOne = false
   begin(p, start)
@@ -46,6 +47,7 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
       val (id, dlc) = (number(4).toInt, number(1).toInt)
       fresh += BusFrame(id, dlc, bytes(8).take(dlc))
     }
+    for (_ <- 0L until number(1)) back += number(4).toInt
     for (_ <- 0L until number(1)) over += Ended(number(2).toInt, Outcome(number(1).toInt), map())
     hasOne = number(1) == 1
     due
@@ -65,6 +67,7 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
   }
 
   def queued(): Seq[BusFrame] = drain(fresh)
+  def aborted(): Seq[Int]     = drain(back)
   def ended(): Seq[Ended]     = drain(over)
 
   def send(

@@ -301,6 +301,23 @@ abstract class ReceiverRules extends TransportCases {
     deliver(b, 200)
   }
 
+  "TB-27: answers that have waited for 1 s" should "not go any more" in node() { b =>
+    b.run()
+    b.isHeld = true
+    for (pipe <- 0 to 8) {
+      b.hear(short(0, Seq(1), pipe))
+      if (pipe < 8) b.take() // eight answers, of which seven get into the port
+    }
+    b.take()
+    b.run(ms(1000) - 1)
+    assert(b.waiting.filterNot(isHello).map(code) == Seq.fill(7)(Code.Done))
+    b.run(1)
+    assert(b.waiting.filterNot(isHello).isEmpty && b.counts == Map(Counter.AnswerLost -> 2))
+    b.isHeld = false
+    b.leave()
+    assert(b.hear(short(0, Seq(1))) == Seq(doneBy(0)))
+  }
+
   "TP-30, TB-13: the first message of each pipe after the start" should "carry the mark" in node() { b =>
     assert(deliver(b, 7).repeat && !deliver(b, 8).repeat)
     b.hear(short(7, Seq(1), pipe = 1))

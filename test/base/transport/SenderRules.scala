@@ -263,7 +263,28 @@ abstract class SenderRules extends TransportCases {
     assert(b.ended().isEmpty)
     b.run(ms(2))
     assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
-    assert(b.send(Seq(1), tag = 2).forall(f => FrameId.of(f.id).pipe == 1)) // TB-02
+  }
+
+  "TB-27: frames of a message that has ended" should "be taken back, not those of one under way" in node() {
+    b =>
+      b.run()
+      b.isHeld = true
+      b.send(message(200))
+      b.run(ms(9999))
+      val open = b.waiting.filterNot(isHello)
+      assert(open.size == 5)
+      b.send(Seq(1), tag = 2) // of another pipe
+      b.run(ms(1001))
+      assert(b.ended().map(_.tag) == Seq(1))
+      val now = b.waiting.filterNot(isHello)
+      assert(now.intersect(open).isEmpty && now.map(code) == Seq(Code.Short))
+      b.t.cancel(2)
+      b.isHeld = false
+      b.leave()
+      b.isHeld = true
+      assert(b.run().map(code) == Seq(Code.Close))
+      b.run(ms(1000))
+      assert(b.waiting.filterNot(isHello).isEmpty)
   }
 
   "TP-13, TB-08: a receiver that never has it all" should "not keep a message for ever" in node() { b =>

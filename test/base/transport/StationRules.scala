@@ -71,7 +71,33 @@ abstract class StationRules extends TransportCases {
     assert(b.run().map(_.data) == Seq(Seq(5)))
   }
 
-  it should "have 64 places, and 64 to be followed" in node() { b =>
+  "TP-50, TB-27: a value that has waited for 300 ms" should "be taken back, and the newest one go" in node() {
+    b =>
+      def values = b.waiting.filterNot(isHello).map(_.data)
+      b.t.setObject(0, 1, Seq(1), b.now)
+      b.isHeld = true
+      b.run()
+      b.t.setObject(0, 1, Seq(2), b.now)
+      assert(b.run(ms(300) - 1).isEmpty && values == Seq(Seq(1)))
+      assert(b.run(1).map(_.data) == Seq(Seq(2)) && values == Seq(Seq(2)))
+      b.run(ms(60000))
+      b.t.setObject(0, 1, Seq(3), b.now)
+      b.run(ms(300))
+      assert(values == Seq(Seq(3)))
+  }
+
+  "TB-27: a HELLO that has waited for 1 s" should "be taken back, and a new one go" in
+    node(TransportParams(Own, life = 7, hello = hello)) { b =>
+      b.isHeld = true
+      b.run()
+      b.t.setHello(hello.reverse, b.now)
+      b.run(ms(999))
+      assert(b.waiting.map(_.data) == Seq(7 +: hello))
+      b.run(ms(1))
+      assert(b.waiting.map(_.data) == Seq(7 +: hello.reverse))
+    }
+
+  "TP-50: values" should "have 64 places, and 64 to be followed" in node() { b =>
     assert(
       (0 until 64).forall(n => b.t.setObject(1, n, Seq(n), b.now)) && !b.t.setObject(1, 64, Seq(1), b.now)
     )

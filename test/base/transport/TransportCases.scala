@@ -80,14 +80,23 @@ object TransportCases {
     private def settle(): Long = {
       var due   = t.poll(now)
       var fresh = t.queued()
-      while (fresh.nonEmpty) {
+      var gone  = t.aborted()
+      while (fresh.nonEmpty || gone.nonEmpty) {
         log ++= fresh.filterNot(isHello).map(now -> _)
         if (isHeld) held ++= fresh else fresh.foreach(f => t.left(f.id))
+        takeBack(gone)
         due = t.poll(now)
         fresh = t.queued()
+        gone = t.aborted()
       }
       over ++= t.ended()
       due
+    }
+
+    /** Held frames are not on the wire. */
+    private def takeBack(ids: Seq[Int]): Unit = for (id <- ids) {
+      assert(held.exists(_.id == id), "a frame that does not wait is taken back")
+      leave(_.id == id)
     }
 
     private def drain[A](buffer: mutable.Buffer[A]): Seq[A] = {

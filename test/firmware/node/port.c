@@ -67,6 +67,7 @@ int main(void) {
         result = can_port_send(&port, &f);
         break;
       case 'W': result = can_port_waits(&port, number(4)); break;
+      case 'A': can_port_abort(&port, number(4)); break;
       case 'R': result = can_port_receive(&port, &f); break;
       default: return 1;
     }

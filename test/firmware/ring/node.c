@@ -12,6 +12,8 @@ struct can_port {
   unsigned count, places;
   struct ring_frame fresh[TRANSPORT_SLOTS]; /* not told yet */
   unsigned fresh_count;
+  uint32_t aborts[TRANSPORT_SLOTS]; /* identifiers, not told yet */
+  unsigned abort_count;
 };
 
 /* Where the bytes of a message stay until it has ended; ASan sees to it that nobody reads them then. */
@@ -58,6 +60,12 @@ bool can_port_send(struct can_port* b, const struct ring_frame* frame) {
   return true;
 }
 
+void can_port_abort(struct can_port* b, uint32_t id) {
+  if (!can_port_waits(b, id)) fail("a frame that does not wait is taken back");
+  if (b->abort_count == TRANSPORT_SLOTS) fail("more frames are taken back than there may be");
+  b->aborts[b->abort_count++] = id;
+}
+
 static void frame_left(uint32_t id) {
   unsigned kept = 0;
   for (unsigned i = 0; i < port.count; ++i)
@@ -102,6 +110,9 @@ static void poll(void) {
     give(port.fresh[i].data, 8);
   }
   port.fresh_count = 0;
+  say(port.abort_count, 1);
+  for (unsigned i = 0; i < port.abort_count; ++i) say(port.aborts[i], 4);
+  port.abort_count = 0;
   while (transport_ended(&transport, &ends[count])) {
     for (unsigned i = 0; i < TRANSPORT_OUTGOING; ++i)
       if (stores[i].bytes != NULL && stores[i].tag == ends[count].tag) forget(&stores[i]);
