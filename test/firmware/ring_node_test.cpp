@@ -90,6 +90,13 @@ void testOnes() {
   check("TB-24: one that does not start sends nothing",
         b.node.fault == RING_NODE_SETTINGS && b.at.frames.empty());
 }
+// Neither is there a life to be read, which the next one would have to be behind.
+void testStart() {
+  NodeBench b;
+  b.at.gone = true, b.at.storeFails = -1, ring_node_start(&b.node, &b.at, &b.parameters);
+  check("TB-24: what reads as ones at the start is no life", b.node.life == 0);
+}
+
 // For minutes nobody is there who would acknowledge a frame.
 void testAlone() {
   NodeBench b;
@@ -118,5 +125,6 @@ void testAlone() {
 void testRingNode() {
   testTime(0x00), testTime(0xff);
   testOnes();
+  testStart();
   testAlone();
 }

@@ -109,7 +109,8 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
   node->board = board;
   node->parameters = *parameters;
   node->began = node->life_is_new = false;
-  node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK; /* of the program before */
+  node->life = 0; /* else of the program before */
+  if (answers(node)) node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK;
   node->starts = 0;
   node->now_us = node->due_us = 0;
   node->timer = board_time(board);
