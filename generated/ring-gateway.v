@@ -281,10 +281,11 @@ module PortState(
   input        good,
   input        off,
   input  [7:0] upMs,
+  input        eight,
   input        ms,
   input        quarter,
   output       up,
-  output       held,
+  output       tells,
   output       loses
 );
 
@@ -293,16 +294,19 @@ module PortState(
   reg  [2:0] last;
   reg  [2:0] second;
   reg        isThird;
-  wire       isHeld = isThird & last != 3'h5;
+  reg  [1:0] telling;
+  wire       _tells_output = isThird & last != 3'h5 | (|telling);
   reg  [7:0] left;
+  wire       waits = good & ~isUp & ~_tells_output;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isUp <= 1'h0;
       last <= 3'h5;
       second <= 3'h5;
+      telling <= 2'h2;
     end
     else begin
-      isUp <= good & (isUp | ms & left == 8'h0 & ~isHeld);
+      isUp <= good & (isUp | ms & waits & left == 8'h0);
       if (_loses_output) begin
         last <= 3'h0;
         second <= last;
@@ -317,12 +321,16 @@ module PortState(
         else
           second <= {second[2] ^ (&(second[1:0])), second[1] ^ second[0], ~(second[0])};
       end
+      if (isUp & ~good)
+        telling <= 2'h2;
+      else if (eight & (|telling))
+        telling <= {telling[1] ^ ~(telling[0]), ~(telling[0])};
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (_loses_output)
       isThird <= second != 3'h5;
-    if (good & ~isUp & ~isHeld) begin
+    if (waits) begin
       if (ms)
         left <=
           {left[7] ^ left[6:0] == 7'h0,
@@ -338,7 +346,7 @@ module PortState(
       left <= upMs;
   end // always @(posedge)
   assign up = isUp;
-  assign held = isHeld;
+  assign tells = _tells_output;
   assign loses = _loses_output;
 endmodule
 
@@ -410,6 +418,7 @@ module OpticalPort(
   input        optical,
   input        time_slow,
   input        time_window,
+  input        time_eight,
   input        time_ms,
   input        time_quarter,
   input        off,
@@ -427,7 +436,7 @@ module OpticalPort(
   wire [1:0] _modulator_tone;
   wire       _state_good;
   wire       _state_up;
-  wire       _state_held;
+  wire       _state_tells;
   wire       _detector_signal;
   wire       _detector_search;
   wire       _crossing_out;
@@ -461,13 +470,14 @@ module OpticalPort(
     .good    (_state_good),
     .off     (off),
     .upMs    (upMs),
+    .eight   (time_eight),
     .ms      (time_ms),
     .quarter (time_quarter),
     .up      (_state_up),
-    .held    (_state_held),
+    .tells   (_state_tells),
     .loses   (report_loses)
   );
-  assign _modulator_tone = off ? 2'h3 : ~signal | _state_held ? 2'h2 : {1'h0, ~(_state_up & ~send)};
+  assign _modulator_tone = off ? 2'h3 : ~signal | _state_tells ? 2'h2 : {1'h0, ~(_state_up & ~send)};
   Modulator modulator (
     .clock (clock),
     .reset (reset),
@@ -487,12 +497,13 @@ endmodule
 module HoldTimer(
   input  clock,
   input  holds,
+  input  isShort,
   input  eighth,
   output over
 );
 
   reg  [3:0] count;
-  wire       _over_output = holds & eighth & (&count);
+  wire       _over_output = holds & eighth & count[3] & count[0] & (isShort | (&(count[2:1])));
   always @(posedge clock) begin
     if (~holds | _over_output)
       count <= 4'h3;
@@ -531,10 +542,12 @@ module Guard(
   wire       automatic_0 = ~rests & coming_0 & coming_1;
   wire       comes = ~up_0 | ~up_1;
   wire       inMode1 = ~rests & up_0 & up_1 & ~isGuard;
-  reg  [1:0] settling;
   reg  [8:0] span;
   wire       isOver = isGuard ? ~(span[8]) & span[7:1] >= {4'h0, address[2:0]} : ~(span[8]) & span[7:1] >= address;
-  wire       _closes_output = automatic_0 & isWaiting & ~_hold_over & (home | isOver);
+  reg  [1:0] settling;
+  wire       waitEnds = isWaiting & isOver;
+  reg        hasWaited;
+  wire       _closes_output = automatic_0 & isWaiting & (hasWaited ? _hold_over : home);
   wire       _latch_output = automatic_0 & inMode1 & isOver;
   wire       _next_output = automatic_0 & (comes ? home | ~up_1 & wasUp2 : isGuard & ~_closes_output | _latch_output);
   always @(posedge clock or posedge reset) begin
@@ -542,27 +555,19 @@ module Guard(
       isGuard <= 1'h0;
       isWaiting <= 1'h0;
       wasUp2 <= 1'h0;
+      hasWaited <= 1'h0;
     end
     else begin
       isGuard <= _next_output;
       isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over & ~(|settling));
       wasUp2 <= coming_1 | wasUp2;
+      hasWaited <= waitEnds;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
-    if (comes)
-      settling <= 2'h2;
-    else if (_hold_over)
-      settling <= 2'h0;
-    else if (ms & (|settling))
-      settling <= {settling[1] ^ ~(settling[0]), ~(settling[0])};
-    if (~(isWaiting | inMode1 & ~bus) | _closes_output) begin
-      if (isGuard & ~_closes_output)
-        span <= 9'h1FF;
-      else
-        span <= 9'h1D7;
-    end
-    else if (ticks_bit)
+    if (~(isWaiting | inMode1 & ~bus) | _closes_output)
+      span <= isGuard & ~_closes_output ? 9'h1FF : 9'h1D7;
+    else if (ticks_bit & ~waitEnds)
       span <=
         {span[8] ^ (&(span[7:0])),
          span[7] ^ (&(span[6:0])),
@@ -573,13 +578,22 @@ module Guard(
          span[2] ^ (&(span[1:0])),
          span[1] ^ span[0],
          ~(span[0])};
+    if (comes)
+      settling <= 2'h2;
+    else if (_hold_over)
+      settling <= 2'h0;
+    else if (ms & (|settling))
+      settling <= {settling[1] ^ ~(settling[0]), ~(settling[0])};
   end // always @(posedge)
-  assign _hold_holds = isGuard & ~(ms & settling == 2'h1) & (isWaiting | (|settling) ? ~bus & ~heard2 : bus != heard2);
+  assign _hold_holds =
+    isGuard & ~(ms & settling == 2'h1) & (hasWaited | ~waitEnds)
+    & ((|settling) | isWaiting & ~hasWaited ? ~bus & ~heard2 : bus != heard2);
   HoldTimer hold (
-    .clock  (clock),
-    .holds  (_hold_holds),
-    .eighth (ticks_eighth),
-    .over   (_hold_over)
+    .clock   (clock),
+    .holds   (_hold_holds),
+    .isShort (hasWaited),
+    .eighth  (ticks_eighth),
+    .over    (_hold_over)
   );
   assign guard = isGuard;
   assign next = _next_output;
@@ -699,6 +713,8 @@ module BusMode(
   reg  isUp_1;
   reg  r_0;
   reg  r_1;
+  reg  light_0;
+  reg  light_1;
   reg  autoTwo;
   wire isTwo = (|forced) ? forced == 2'h2 : autoTwo;
   wire isThree = (|forced) ? (&forced) : ~isUp_0 & isUp_1;
@@ -713,6 +729,8 @@ module BusMode(
       isUp_1 <= 1'h0;
       r_0 <= 1'h1;
       r_1 <= 1'h1;
+      light_0 <= 1'h1;
+      light_1 <= 1'h1;
       autoTwo <= 1'h0;
     end
     else begin
@@ -720,6 +738,8 @@ module BusMode(
       isUp_1 <= up_1;
       r_0 <= level_0 | ~up_0;
       r_1 <= level_1 | ~up_1;
+      light_0 <= level_0;
+      light_1 <= level_1;
       autoTwo <= up_0 == up_1 ? _ringGuard_next : up_0;
     end
   end // always @(posedge, posedge)
@@ -747,7 +767,7 @@ module BusMode(
   StuckGuard stuckPorts_0 (
     .clock     (clock),
     .reset     (reset),
-    .level     (r_0),
+    .level     (light_0),
     .dominant  (ticks_sixtyFour),
     .recessive (ticks_four),
     .stuck     (_stuckPorts_0_stuck)
@@ -755,7 +775,7 @@ module BusMode(
   StuckGuard stuckPorts_1 (
     .clock     (clock),
     .reset     (reset),
-    .level     (r_1),
+    .level     (light_1),
     .dominant  (ticks_sixtyFour),
     .recessive (ticks_four),
     .stuck     (_stuckPorts_1_stuck)
@@ -974,9 +994,9 @@ module RingPorts(
   output [6:0]  relay_address
 );
 
+  wire       _front_ring_stuck_1_T_1;
+  wire       _front_ring_stuck_0_T_1;
   reg  [3:0] samples;
-  wire       _front_ring_stuck_0;
-  wire       _front_ring_stuck_1;
   wire [6:0] _front_control_address;
   wire       _front_control_off;
   wire [1:0] _front_control_forced;
@@ -1018,12 +1038,13 @@ module RingPorts(
   wire       _ports_0_report_up;
   wire       _ports_0_report_level;
   wire       portClock_window = us & (&(timer[5:0]));
+  wire       portClock_eight = us & (&(timer[2:0]));
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
-  wire       _front_ring_stuck_0_T = relay_on & relay_stuck_0;
-  wire       _front_ring_stuck_1_T = relay_on & relay_stuck_1;
   reg  [1:0] ring_forced_REG;
   reg        ring_rests_REG;
+  assign _front_ring_stuck_0_T_1 = _ring_report_stuck_0 | relay_on & relay_stuck_0;
+  assign _front_ring_stuck_1_T_1 = _ring_report_stuck_1 | relay_on & relay_stuck_1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       samples <= 4'h0;
@@ -1036,7 +1057,7 @@ module RingPorts(
       ring_rests_REG <= possible;
     end
   end // always @(posedge, posedge)
-  assign _ports_0_optical = optical_0 & ~_front_ring_stuck_0_T;
+  assign _ports_0_optical = optical_0 & ~_front_ring_stuck_0_T_1;
   assign _ports_0_time_slow = &samples;
   assign _ports_0_off = _front_control_off;
   assign _ports_0_upMs = _front_control_upMs;
@@ -1049,6 +1070,7 @@ module RingPorts(
     .optical       (_ports_0_optical),
     .time_slow     (_ports_0_time_slow),
     .time_window   (portClock_window),
+    .time_eight    (portClock_eight),
     .time_ms       (portClock_ms),
     .time_quarter  (portClock_quarter),
     .off           (_ports_0_off),
@@ -1061,7 +1083,7 @@ module RingPorts(
     .report_loses  (counts_0),
     .report_noise  (counts_2)
   );
-  assign _ports_1_optical = optical_1 & ~_front_ring_stuck_1_T;
+  assign _ports_1_optical = optical_1 & ~_front_ring_stuck_1_T_1;
   assign _ports_1_time_slow = &samples;
   assign _ports_1_off = _front_control_off;
   assign _ports_1_upMs = _front_control_upMs;
@@ -1074,6 +1096,7 @@ module RingPorts(
     .optical       (_ports_1_optical),
     .time_slow     (_ports_1_time_slow),
     .time_window   (portClock_window),
+    .time_eight    (portClock_eight),
     .time_ms       (portClock_ms),
     .time_quarter  (portClock_quarter),
     .off           (_ports_1_off),
@@ -1131,8 +1154,6 @@ module RingPorts(
     .ticks_eight     (_ring_ticks_eight),
     .ticks_sixtyFour (_ring_ticks_sixtyFour)
   );
-  assign _front_ring_stuck_0 = _ring_report_stuck_0 | _front_ring_stuck_0_T;
-  assign _front_ring_stuck_1 = _ring_report_stuck_1 | _front_ring_stuck_1_T;
   RingHost front (
     .clock           (clock),
     .reset           (reset),
@@ -1157,8 +1178,8 @@ module RingPorts(
     .ring_guard      (_ring_report_guard),
     .ring_alone      (_ring_report_alone),
     .ring_cutOff     (_ring_report_cutOff),
-    .ring_stuck_0    (_front_ring_stuck_0),
-    .ring_stuck_1    (_front_ring_stuck_1),
+    .ring_stuck_0    (_front_ring_stuck_0_T_1),
+    .ring_stuck_1    (_front_ring_stuck_1_T_1),
     .irq             (irq)
   );
   assign relay_up_0 = _ports_0_report_up;

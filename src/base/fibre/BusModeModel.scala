@@ -13,6 +13,8 @@ class BusModeModel {
   private var toForce   = 0             // from the next cycle on
   private var r1        = true
   private var r2        = true
+  private var light1    = true          // of a port that is down, too
+  private var light2    = true
   private val clock     = new BitClockModel
   private val stuck1    = new StuckModel(320 / 64, 64)
   private val stuck2    = new StuckModel(320 / 64, 64)
@@ -99,7 +101,8 @@ class BusModeModel {
     val isOver  = isWaiting && waited > 2 * (address % 8)
     val seeks   = if (settling > 0 || isWaiting && !hasWaited) !heard && !heard2 else heard != heard2
     held.step(guard && !begins && (hasWaited || !isOver) && seeks, eighth)
-    val isFound   = held.exceeds(if (hasWaited) 6 else 12)
+    val isFound = held.exceeds(if (hasWaited) 6 else 12)
+    if (isFound) held.begin()
     val isLatched = latch > 40 + 2 * address
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
@@ -117,10 +120,12 @@ class BusModeModel {
     else if (ms && settling > 0) settling -= 1
 
     cut.step(drive, clock)
-    stuck1.step(r1, clock)
-    stuck2.step(r2, clock)
-    r1 = port1.level || !now1
-    r2 = port2.level || !now2
+    stuck1.step(light1, clock)
+    stuck2.step(light2, clock)
+    light1 = port1.level
+    light2 = port2.level
+    r1 = light1 || !now1
+    r2 = light2 || !now2
     was2 ||= now2
     forced = toForce
     isTimed = clock.isPossible
@@ -139,7 +144,7 @@ class BusModeModel {
   }
 
   private def waits(home: Boolean, bit: Boolean, isOver: Boolean, isFound: Boolean): Unit =
-    if (home || hasWaited && isFound) {
+    if (if (hasWaited) isFound else home) {
       closings = 255 min closings + 1
       open(false)
     } else if (isFound) isWaiting = false

@@ -7,6 +7,9 @@ class HoldModel {
   /** It has held for more than so many of them. */
   def exceeds(ticks: Int): Boolean = count > ticks
 
+  /** It is counted anew. */
+  def begin(): Unit = count = 0
+
   /** A cycle ends in which the condition was `holds`, and with `tick` one of the ticks. */
   def step(holds: Boolean, tick: Boolean): Unit =
     if (!holds) count = 0

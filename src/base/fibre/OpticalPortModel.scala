@@ -18,7 +18,8 @@ class OpticalPortModel(p: FibreParams) {
   private var second  = Never // and since the one before
   private var isThird = false // the last loss was the third one within a second
 
-  private var isUp = false
+  private var isUp    = false
+  private var telling = 2 // ends of 8 us until the other end has heard that it went down
 
   /** Times that it went down, and that noise began; 8 bits, which stop at 255. */
   var losses: Int = 0
@@ -38,6 +39,8 @@ class OpticalPortModel(p: FibreParams) {
     *   of the optical input, the first one in bit 0
     * @param send
     *   the level to be sent while the port is up
+    * @param eight
+    *   8 us end with this cycle
     * @param ms
     *   a millisecond ends with this cycle
     * @param quarter
@@ -51,17 +54,18 @@ class OpticalPortModel(p: FibreParams) {
       send: Boolean,
       off: Boolean,
       upMs: Int,
+      eight: Boolean,
       ms: Boolean,
       quarter: Boolean,
       slow: Boolean
   ): Unit = {
     modulator.step(
       if (off) Tone.Dark
-      else if (!signal || isHeld) Tone.Search
+      else if (!signal || tells) Tone.Search
       else if (!isUp) Tone.Recessive
       else Tone.of(send)
     )
-    upOrDown(signal && !hearsSearch && !off, off, upMs, ms, quarter)
+    upOrDown(signal && !hearsSearch && !off, off, upMs, eight, ms, quarter)
     for (i <- 0 until p.samplesPerCycle) demodulator.sample((twice >> i & 1) == 1)
     if (inspection.step(twice, slow)) noises = 255 min noises + 1
     twice = once
@@ -73,8 +77,19 @@ class OpticalPortModel(p: FibreParams) {
   /** Three losses within a second keep it down (FR-14). */
   private def isHeld = isThird && last < Never
 
-  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean, quarter: Boolean): Unit = {
-    val mayRise = !isHeld
+  /** It sends search though there is signal (FB-16). */
+  private def tells = isHeld || telling > 0
+
+  private def upOrDown(
+      isGood: Boolean,
+      off: Boolean,
+      upMs: Int,
+      eight: Boolean,
+      ms: Boolean,
+      quarter: Boolean
+  ): Unit = {
+    val mayRise = !tells
+    if (isUp && !isGood) telling = 2 else if (eight && telling > 0) telling -= 1
     if (isUp && !isGood && !off) lose()
     else if (quarter) {
       last = Never min last + 1

@@ -33,12 +33,15 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
 
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
     cycles += 1
-    val ms      = cycles       % msLong == 0
-    val quarter = ms && cycles % (256L * msLong) == 0
-    val slow    = cycles       % (16 / p.samplesPerCycle) == 0
-    val off     = (control >> PortsOff & 1) == 1
-    val send1   = ring.send1(drive)
-    val send2   = ring.send2(drive)
+    val ms       = cycles       % msLong == 0
+    val quarter  = ms && cycles % (256L * msLong) == 0
+    val eight    = cycles       % (8L * p.coreClockMhz) == 0
+    val slow     = cycles       % (16 / p.samplesPerCycle) == 0
+    val off      = (control >> PortsOff & 1) == 1
+    val send1    = ring.send1(drive)
+    val send2    = ring.send2(drive)
+    val optical1 = (optical & 1) != 0 && !ring.isStuck(0) // stuck is no signal (FB-18)
+    val optical2 = (optical & 2) != 0 && !ring.isStuck(1)
     if (port1.up != up1 || port2.up != up2) events |= 1 << PortEvent
     if (ring.mode != mode || ring.isGuard != isGuard) events |= 1 << ModeEvent
     up1 = port1.up
@@ -46,8 +49,8 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
     mode = ring.mode
     isGuard = ring.isGuard
     ring.step(drive, port1, port2, (control >> Home & 1) == 1, address, ms)
-    port1.step(light1, (optical & 1) != 0, send1, off, upMs, ms, quarter, slow)
-    port2.step(light2, (optical & 2) != 0, send2, off, upMs, ms, quarter, slow)
+    port1.step(light1, optical1, send1, off, upMs, eight, ms, quarter, slow)
+    port2.step(light2, optical2, send2, off, upMs, eight, ms, quarter, slow)
   }
 
   def write(at: Int, byte: Int): Unit = at match {

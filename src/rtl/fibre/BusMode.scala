@@ -53,8 +53,9 @@ class BusMode extends Module {
   private val ringGuard = Module(new Guard)
 
   // Reset: both ports are down, so that nothing is heard.
-  private val isUp = RegNext(up, VecInit(false.B, false.B))
-  private val r    = RegNext(VecInit.tabulate(2)(n => level(n) || !up(n)), VecInit(true.B, true.B))
+  private val isUp  = RegNext(up, VecInit(false.B, false.B))
+  private val r     = RegNext(VecInit.tabulate(2)(n => level(n) || !up(n)), VecInit(true.B, true.B))
+  private val light = RegNext(level, VecInit(true.B, true.B)) // of a port that is down, too
 
   private val stuckPorts = Seq.fill(2)(Module(new StuckGuard(320 / 64)))
   private val stuckOwn   = Module(new StuckGuard(32 / 8))
@@ -63,7 +64,7 @@ class BusMode extends Module {
     stuck.dominant  := tick
     stuck.recessive := ticks.four
   }
-  for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, r(n), ticks.sixtyFour)
+  for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, light(n), ticks.sixtyFour)
   watch(stuckOwn, drive, ticks.eight)
 
   // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.

@@ -68,7 +68,7 @@ class Guard extends Module {
     .elsewhen(ms && isSettling) { settling := ShortCounter.down(settling) }
 
   // With the wait behind it, it closes if both sides still differ: another guard may have closed (FB-17).
-  closes := automatic && isWaiting && (home || (hasWaited && hold.over))
+  closes := automatic && isWaiting && Mux(hasWaited, hold.over, home)
   latch  := automatic && inMode1 && isOver
   when(!counts || closes) { span := Mux(isGuard && !closes, 511.U, (512 - 41).U) }
     .elsewhen(ticks.bit && !waitEnds) { span := ShortCounter.up(span) }

@@ -8,6 +8,7 @@ import flyframe.params.FibreParams
 class PortClock extends Bundle {
   val slow    = Bool() // 16 samples
   val window  = Bool() // 64 us: a window of noise
+  val eight   = Bool() // us
   val ms      = Bool()
   val quarter = Bool() // of a second
   val odd     = Bool() // the microsecond since reset is an odd one
@@ -62,13 +63,18 @@ class OpticalPort(p: FibreParams) extends Module {
   state.good    := signal && !search && !off
   state.off     := off
   state.upMs    := upMs
+  state.eight   := time.eight
   state.ms      := time.ms
   state.quarter := time.quarter
 
   modulator.tone := Mux(
     off,
     ToneCode.Dark,
-    Mux(!signal || state.held, ToneCode.Search, Mux(state.up && !send, ToneCode.Dominant, ToneCode.Recessive))
+    Mux(
+      !signal || state.tells,
+      ToneCode.Search,
+      Mux(state.up && !send, ToneCode.Dominant, ToneCode.Recessive)
+    )
   )
   tx := modulator.light
 

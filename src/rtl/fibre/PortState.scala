@@ -14,14 +14,15 @@ class PortState extends Module {
   /** Milliseconds until it comes up. */
   val upMs = IO(Input(UInt(8.W)))
 
-  /** A millisecond, a quarter of a second ends with this cycle. */
+  /** 8 us, a millisecond, a quarter of a second ends with this cycle. */
+  val eight   = IO(Input(Bool()))
   val ms      = IO(Input(Bool()))
   val quarter = IO(Input(Bool()))
 
   val up = IO(Output(Bool()))
 
-  /** It is kept down: three losses within a second. */
-  val held = IO(Output(Bool()))
+  /** It sends search, so that the other end goes down, too (FB-16). */
+  val tells = IO(Output(Bool()))
 
   /** It goes down, and was not switched off. */
   val loses = IO(Output(Bool()))
@@ -36,7 +37,6 @@ class PortState extends Module {
   private val second  = RegInit(never)
   private val isThird = Reg(Bool())    // the last loss was; no reset: there is none
   private val isHeld  = isThird && last =/= never
-  held := isHeld
   when(loses) {
     isThird := second =/= never
     second  := last
@@ -46,9 +46,14 @@ class PortState extends Module {
     when(second =/= never) { second := ShortCounter.up(second) }
   }
 
+  // Ends of 8 us until it has told that it went down. Reset: it may have been up before.
+  private val telling = RegInit(2.U(2.W))
+  when(isUp && !good) { telling := 2.U }
+    .elsewhen(eight && telling.orR) { telling := ShortCounter.down(telling) }
+  tells := isHeld || telling.orR
+
   private val left  = Reg(UInt(8.W)) // no reset: the port begins to wait behind it
-  private val waits = good && !isUp && !isHeld
-  private val comes = ms && left === 0.U
-  isUp := good && (isUp || (comes && !isHeld))
+  private val waits = good && !isUp && !tells
+  isUp := good && (isUp || (ms && waits && left === 0.U))
   when(!waits) { left := upMs }.elsewhen(ms) { left := ShortCounter.down(left) }
 }

@@ -74,6 +74,7 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   samples := samples + 1.U
   private val portClock = Wire(new PortClock)
   portClock.window  := ends(6)
+  portClock.eight   := ends(3)
   portClock.ms      := ends(log2Ceil(p.usPerMs))
   portClock.quarter := ends(RingPorts.quarterBits(p))
   portClock.slow    := samples.andR
@@ -82,7 +83,7 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   for ((port, n) <- ports.zipWithIndex) {
     port.rx       := rx(n)
     tx(n)         := port.tx
-    port.optical  := optical(n) && !inRelay(n)(_.stuck)
+    port.optical  := optical(n) && !front.ring.stuck(n)
     port.time     := portClock
     port.off      := front.control.off
     port.upMs     := front.control.upMs

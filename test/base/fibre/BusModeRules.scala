@@ -1,5 +1,7 @@
 package flyframe.fibre
 
+import flyframe.registers.RingRegisters
+
 /** Rules of the modes (FR-20 to FR-22, FR-31, FR-35, FR-37, FB-05, FB-08). */
 abstract class BusModeRules extends FibreCases {
 
@@ -111,7 +113,29 @@ abstract class BusModeRules extends FibreCases {
       assert(ring.isStuck(1, 0))
       ring.runUs(6)
       assert(!ring.isStuck(1, 0))
+      ring.await(40, "up again")(ring.isUp(1, 0) && ring.isUp(0, 1))
+      ring.runUs(1)
       assert(hear(ring, 0) == Set(0, 1, 2))
+  }
+
+  "FR-37, FB-18: a transmitter that is stuck dominant" should "be a break" in ring(5) { ring =>
+    ring.there(1).disturbed = (time, _) => time / 20000 % 2 == 0
+    ring.await(600, "down at both ends")(!ring.isUp(2, 0) && !ring.isUp(1, 1))
+    ring.runUs(10)
+    for (_ <- 0 until 3; n <- ring.nodes.indices) {
+      ring.dominant(n)
+      ring.runUs(4)
+      ring.dominant(n, isSo = false)
+      ring.runUs(4)
+    }
+    assert(ring.guards == Nil && ring.isStuck(2, 0))
+    for (n <- ring.nodes.indices) assert(hear(ring, n) == ring.nodes.indices.toSet)
+    ring.runUs(1000)
+    assert(ring.nodes(2).read(RingRegisters.Losses1) == 1)
+    ring.there(1).disturbed = (_, light) => light
+    ring.await(60, "up again")(ring.isUp(2, 0) && ring.isUp(1, 1))
+    ring.runUs(5)
+    assert(ring.guards == Seq(1))
   }
 
   "FR-22: a port that is down" should "count as recessive" in line() { ring =>

@@ -243,6 +243,21 @@ abstract class GuardRules extends FibreCases {
       assert(ring.nodes.forall(_.read(RingRegisters.Latches) == 0))
     }
 
+  "FB-17, FB-05: a guard with its wait behind it" should "not close when `home` is set" in ring(4) { ring =>
+    ring.control(0)
+    ring.cut(1)
+    ring.runUs(10)
+    pulse(ring, 3, 2)
+    ring.runUs(20)
+    assert(ring.guards == Seq(0))
+    ring.control(0, home = true)
+    ring.runUs(20)
+    assert(ring.guards == Seq(0))
+    pulse(ring, 3, 1)
+    ring.runUs(1)
+    assert(ring.guards == Nil)
+  }
+
   "FR-36: a latched ring" should "make one node guard, and the level falls" in ring(5, home = None) { ring =>
     pulse(ring, 2, 3)
     ring.runUs(3)

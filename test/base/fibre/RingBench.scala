@@ -146,7 +146,7 @@ object RingBench {
       nodes(n).setBit(bit)
     }
     if (isLine) ring.cut(nodes.size - 1)
-    ring.runUs(12.0 * p.usPerMs + 10)
+    ring.runUs(12.0 * p.usPerMs + 30)
     ring
   }
 }
