@@ -467,6 +467,12 @@ void testStart() {
   reset.run(100);
   check("GWB-04: a controller that was reset gets its addresses again",
         reset.at.memory[NODE_PLANT_CONTROL] == 1 && reset.at.memory[NODE_PLANT_IP] == 10);
+  Bench moved;
+  moved.start(), moved.run(100);
+  moved.parameters.plant.server_ip[3] = 7;
+  moved.start(), moved.run(100);
+  check("GWB-04: a program that starts sets its addresses also while the port runs",
+        moved.at.memory[NODE_PLANT_SERVER_IP + 3] == 7 && moved.at.memory[NODE_PLANT_CONTROL] == 1);
   Bench storage;
   storage.at.storeFails = -1;
   storage.start(), storage.run(100);

@@ -245,8 +245,10 @@ void ring_server_serve(struct ring_server *s) {
   s->due_us = s->node.now_us + look_us(s);
   if (!s->node.began) return;
   if (!s->began) begin_reports(s);
-  /* A controller that was reset has forgotten its addresses. */
-  s->plant_works = plant_port_runs(board) || plant_port_start(board, &s->parameters.plant);
+  /* A controller that was reset has forgotten its addresses, one that runs may have those of the program
+   * before. */
+  s->plant_works =
+      (s->plant_works && plant_port_runs(board)) || plant_port_start(board, &s->parameters.plant);
   if (!s->began || !s->plant_works) return;
   receive(s);
   end_parts(s);
