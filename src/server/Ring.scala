@@ -61,7 +61,9 @@ object RingNode {
   * @param nodes
   *   by address, also those that are lost, and the gateway itself
   * @param ends
-  *   addresses at both sides of a break, 0: not known; None: the ring is whole
+  *   addresses at both sides of a break, 0: not known; None: none is known
+  * @param isTold
+  *   the gateway has told of a break, or that there is none, since its start and the server's
   * @param heardMs
   *   when its last report came, monotonic; None: none since the start of the server
   * @param stored
@@ -75,6 +77,7 @@ final case class Ring(
     status: Int = 0,
     nodes: Map[Int, RingNode] = Map.empty,
     ends: Option[(Int, Int)] = None,
+    isTold: Boolean = false,
     heardMs: Option[Long] = None,
     heard: Option[Instant] = None,
     stored: Option[Long] = None,
@@ -91,12 +94,15 @@ final case class Ring(
       }
     case RingPart.Ring if data.size == 2 =>
       val both = (data(0) & 0xff, data(1) & 0xff)
-      copy(ends = Option.when(both != (0, 0))(both))
+      copy(ends = Option.when(both != (0, 0))(both), isTold = true)
     case _ => this
   }
 
-  /** Nobody knows whether nodes that were there still are. */
-  def aged: Ring = copy(nodes = nodes.map { case (address, n) => address -> n.copy(isOld = n.present) })
+  /** Nobody knows whether nodes that were there still are, nor whether a break is. */
+  def aged: Ring = copy(
+    nodes = nodes.map { case (address, n) => address -> n.copy(isOld = n.present) },
+    isTold = false
+  )
 
   /** With all that a report says. */
   def after(report: RingReport): Ring =

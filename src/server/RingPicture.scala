@@ -20,8 +20,9 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
     "unproven" -> unproven,
     "heard"    -> text(ring.heard.map(_.toString)),
     "present"  -> ring.nodes.values.count(n => n.present && !n.isOld),
-    "text"     -> RingText.ends(ring.ends),
-    "whole"    -> ring.ends.isEmpty,
+    "text"     -> (if (ring.isTold) RingText.ends(ring.ends) else "not known yet whether the ring is whole"),
+    "whole"    -> (ring.isTold && ring.ends.isEmpty),
+    "broken"   -> (ring.isTold && ring.ends.nonEmpty),
     "ends" -> ring.ends.fold[ujson.Value](ujson.Null) { case (a, b) =>
       ujson.Arr(ujson.Num(a), ujson.Num(b))
     },

@@ -171,6 +171,15 @@ struct Bench {
   void orders(const Bytes& o) { at.incoming.push_back(o), run(2); }
   uint64_t taken() const { return get(last(), PROTOCOL_RING_REPORT_TAKEN_AT, 4); }
 
+  // All parts of a kind that any report has had, each time.
+  std::vector<Part> everTold(unsigned type) const {
+    std::vector<Part> found;
+    for (const Bytes& d : at.datagrams)
+      for (const Part& p : partsOf(d))
+        if (p.type == type) found.push_back(p);
+    return found;
+  }
+
   // Nodes of the ring.
   void hello(uint8_t node, uint8_t ports = 0x44, uint8_t type = 7) {
     at.comes({false, 0, false, node, RING_HELLO, 0, true}, {3, 0, ports, 0, 0, 0, type, 1});
@@ -216,8 +225,10 @@ void testReports() {
   check("GW-04: what is not acknowledged is reported again", repeats >= 9 && repeats <= 11);
   b.settle();
   b.run(4000);
-  check("GW-04: a node that is lost is a part",
-        Bench::partsOf(b.last()).size() == 2 && Bench::partsOf(b.last())[0].data == Bytes{0});
+  unsigned lost = 0;
+  for (const auto& p : Bench::partsOf(b.last()))
+    lost += p.type == PROTOCOL_RING_PART_NODE && p.data == Bytes{0};
+  check("GW-04: a node that is lost is a part", lost == 2);
   bool tagged = true;
   uint64_t counter = 0;
   for (const Bytes& d : b.at.datagrams) {
@@ -239,13 +250,49 @@ void testBreak() {
   };
   check("GWB-01: a break is between the nodes with a port down",
         find(PROTOCOL_RING_PART_RING) == Bytes({3, 4}));
-  b.settle();
+  b.run(3000), b.settle();
   b.hello(3), b.hello(4), b.run(120);
   check("GWB-01: both up again: the ring is whole", find(PROTOCOL_RING_PART_RING) == Bytes({0, 0}));
   b.settle();
   b.at.memory[NODE_RING_PORTS] = NODE_RING_UP2_MASK;
   b.hello(5, 0x04), b.run(120);
   check("GWB-01: the gateway's own port counts, too", find(PROTOCOL_RING_PART_RING) == Bytes({5, 1}));
+}
+
+// A program starts in a ring that was there before.
+void testStartInRing() {
+  const auto told = [](const Bench& b) {
+    std::vector<Bytes> all;
+    for (const auto& p : b.everTold(PROTOCOL_RING_PART_RING))
+      if (all.empty() || all.back() != p.data) all.push_back(p.data);
+    return all;
+  };
+  Bench broken;
+  broken.start(), broken.run(900);
+  check("GWB-01: behind a start nothing is told of the ring before it is known", told(broken).empty());
+  broken.hello(2), broken.run(100), broken.hello(4, 0x40), broken.run(50), broken.hello(3, 0x04);
+  broken.run(200);
+  check("GWB-01: a break is told at once", told(broken) == std::vector<Bytes>{{3, 4}});
+  broken.hello(2), broken.hello(3), broken.hello(4), broken.run(200), broken.settle();
+  check("GWB-01: whole it is when each node could have told of a break",
+        told(broken) == std::vector<Bytes>{{3, 4}});
+  for (int i = 0; i < 3; ++i) broken.hello(2), broken.hello(3), broken.hello(4), broken.run(1000);
+  check("GWB-01: and is told as such then", told(broken) == std::vector<Bytes>({{3, 4}, {0, 0}}));
+  // The controller loses what it had, as with its power.
+  broken.settle();
+  broken.at.memory[NODE_RING_LIFE] = 0, broken.at.memory[NODE_RING_CONTROL] = 0;
+  broken.at.memory[NODE_RING_ADDRESS] = 0, broken.at.memory[NODE_RING_PORTS] = 0;
+  broken.run(100), broken.settle();
+  broken.at.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
+  broken.hello(2), broken.hello(3), broken.hello(4), broken.run(300), broken.settle();
+  check("GWB-01: a controller that starts anew is a start, too",
+        told(broken) == std::vector<Bytes>({{3, 4}, {0, 0}, {1, 1}}));
+
+  Bench alone;
+  alone.start(), alone.run(2900);
+  check("GWB-01: without a HELLO nothing is known at first", told(alone).empty());
+  alone.run(300);
+  check("GWB-01: then the gateway is alone", told(alone) == std::vector<Bytes>{{1, 1}});
 }
 
 // With the times of a board: HELLO each second, distances forgotten after 640 ms.
@@ -267,7 +314,8 @@ void testMoments() {
         if (p.type == PROTOCOL_RING_PART_NODE && p.source == 5) last = p.data;
     return last;
   };
-  second(3, 2, 1), b.settle();
+  for (int i = 0; i < 4; ++i) second(3, 2, 1);
+  b.settle();
   const uint64_t stored = b.server.reports.oldest;
   for (int i = 0; i < 6; ++i) second(3, 2, static_cast<uint8_t>(1 | i % 4 << 4));
   check("GWB-02: a silence between two HELLO, or a frame just now, is no news",
@@ -504,6 +552,7 @@ void testNonsense() {
 void testGateway() {
   testReports();
   testBreak();
+  testStartInRing();
   testMoments();
   testMessages();
   testFlood();

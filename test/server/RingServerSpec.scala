@@ -161,10 +161,14 @@ class RingServerSpec extends AnyFlatSpec {
       }
       Using.resource(start(given)) { server =>
         assert(ring(server)("silent").bool && ring(server)("nodes").arr.size == 2)
-        assert(ring(server)("nodes")(0)("state").str == "unknown")
+        assert(ring(server)("nodes")(0)("state").str == "unknown" && !ring(server)("broken").bool)
+        assert(ring(server)("text").str == "not known yet whether the ring is whole")
         Using.resource(new ModelGateway(Life(7, 2), server.udpPort))(tell)
         assert(log(server).size == before && !ring(server)("silent").bool)
         assert(ring(server)("present").num == 1 && ring(server)("nodes")(0)("state").str != "unknown")
+        assert(
+          ring(server)("text").str == "node 2 is alone: it hears no other" && ring(server)("broken").bool
+        )
         // A node that was there before the gateway's restart, and is not told of any more.
         Using.resource(new ModelGateway(Life(7, 3), server.udpPort)) { g =>
           g.node(5, hello(0x44, (2, 2)): _*)
@@ -174,6 +178,27 @@ class RingServerSpec extends AnyFlatSpec {
         assert(nodes == Map(2 -> "not heard yet", 3 -> "lost", 5 -> "normal"))
         assert(ring(server)("present").num == 1)
       }
+  }
+
+  it should "tell a ring as whole only when its gateway has" in withServer() { server =>
+    def shown   = (ring(server)("whole").bool, ring(server)("broken").bool, ring(server)("text").str)
+    val unknown = (false, false, "not known yet whether the ring is whole")
+    Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+      g.node(1, hello(0x44, (0, 0)): _*)
+      g.settle()
+      assert(shown == unknown)
+      g.ring(0, 0)
+      g.settle()
+      assert(shown == ((true, false, "ring whole")))
+    }
+    // Behind a restart of the gateway that is not known any more.
+    Using.resource(new ModelGateway(Life(7, 2), server.udpPort)) { g =>
+      g.settle()
+      assert(shown == unknown)
+      g.ring(3, 5)
+      g.settle()
+      assert(shown == ((false, true, "ring broken between node 3 and node 5")))
+    }
   }
 
   "GW-06: a message of the server" should "be taken once, whatever the network does, and its result told" in

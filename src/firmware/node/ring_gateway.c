@@ -150,7 +150,7 @@ static bool take_picture(struct gateway *g, bool runs, uint64_t valid) {
   const struct ring_picture none = {0}, *p = runs ? &g->picture : &none;
   const uint8_t ports = runs ? g->node.status[PORTS_AT] : 0;
   uint8_t state = 0;
-  if (runs && p->ends[0] == 0 && p->ends[1] == 0) state |= STATE_WHOLE;
+  if (runs && p->known && p->ends[0] == 0 && p->ends[1] == 0) state |= STATE_WHOLE;
   if (runs && g->node.parameters.relay) state |= STATE_RELAY;
   if (ports & NODE_RING_UP1_MASK) state |= STATE_UP_1;
   if (ports & NODE_RING_UP2_MASK) state |= STATE_UP_2;

@@ -8,7 +8,9 @@ enum { PORTS_AT = 1 }; /* in HELLO behind the life */
 void ring_picture_look(struct ring_picture *picture, const struct ring_node *node) {
   const struct transport *t = &node->transport;
   const uint8_t own = node->parameters.address;
-  *picture = (struct ring_picture){0};
+  const bool starts = picture->starts != node->starts;
+  *picture = (struct ring_picture){.starts = node->starts,
+                                   .since_us = starts ? node->now_us : picture->since_us};
   transport_members(t, picture->present, node->now_us);
   set_bit(picture->present, own);
   uint8_t behind_1 = 0, behind_2 = 0; /* the nodes with port 1 and port 2 at a break */
@@ -24,4 +26,7 @@ void ring_picture_look(struct ring_picture *picture, const struct ring_node *nod
   /* A piece has two ends; of one that does not fit NODE-01, or changes now, one may not be known. */
   picture->ends[0] = behind_2;
   picture->ends[1] = behind_1;
+  const bool heard_out = node->now_us - picture->since_us >= transport_member_us(t);
+  if (heard_out && picture->count == 1) picture->ends[0] = picture->ends[1] = own;
+  picture->known = heard_out || behind_1 != 0 || behind_2 != 0;
 }

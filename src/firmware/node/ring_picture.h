@@ -8,10 +8,14 @@ struct ring_picture {
   uint8_t present[TRANSPORT_MAP_BYTES]; /* the nodes of which a HELLO came within 3 s, and this one */
   uint8_t count;                        /* how many */
   /* The addresses at both sides of a break, the one with port 2 there first: the ends of the piece in which
-   * this node is. 0, 0: the ring is whole. */
+   * this node is. 0, 0: the ring is whole, if that is known. */
   uint8_t ends[2];
+  bool known;        /* there is a break, or each node had the time to tell of one since the last start */
+  uint32_t starts;   /* of the node's controller */
+  uint64_t since_us; /* the last of these */
 };
 
+/* The picture is all 0 before the first look. */
 void ring_picture_look(struct ring_picture *picture, const struct ring_node *node);
 
 #endif

@@ -90,6 +90,7 @@ static void look_at_ring(struct ring_server *s) {
   s->ports = ports;
   ring_picture_look(&s->picture, &s->node);
   for (uint8_t a = 1; a < TRANSPORT_NODES; ++a) look_at_node(s, a);
+  if (!s->picture.known) return;
   /* The other side of a break tells of it in a moment. */
   if ((s->picture.ends[0] == 0) != (s->picture.ends[1] == 0) && !due) return;
   tell(s, &s->ring, PROTOCOL_RING_PART_RING, s->parameters.node.address, s->picture.ends,

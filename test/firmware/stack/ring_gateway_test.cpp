@@ -92,7 +92,8 @@ void inputs() {
   GatewayBench b;
   check("GW-01: SAFEOP", b.safeOp() == AL_SAFEOP);
   Bytes in = b.inputs();
-  check("GW-02: alone, ports up, relay mode", in[0] == 0x0f && in[1] == 1 && in[2] == 0 && in[3] == 0);
+  check("GW-02, GWB-01: ports up, relay mode; whether the ring is whole is not known yet",
+        in[0] == 0x0e && in[1] == 1 && in[2] == 0 && in[3] == 0);
   check("GW-02: nothing is valid", b.valid(in) == 0);
   b.hello(2), b.hello(65), b.hello(125), b.run(200);
   in = b.inputs();
@@ -122,6 +123,9 @@ void breaks() {
   check("GW-02: a break between 2 and 3", in[0] == 0x0e && in[2] == 2 && in[3] == 3);
   b.hello(2), b.hello(3), b.run(200);
   in = b.inputs();
+  check("GW-02, GWB-01: no break that is known", in[0] == 0x0e && in[2] == 0 && in[3] == 0);
+  b.run(2'900'000), b.hello(2), b.hello(3), b.run(200'000);
+  in = b.inputs();
   check("GW-02: whole again", in[0] == 0x0f && in[2] == 0 && in[3] == 0);
   b.ring.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK;
   b.run(200);
@@ -129,6 +133,10 @@ void breaks() {
   b.run(3'100'000);
   in = b.inputs();
   check("GW-02: nodes that are silent are not there", in[1] == 1 && b.number(in, 4, 8) == 2);
+  b.ring.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
+  b.run(200);
+  in = b.inputs();
+  check("GWB-01: who hears nobody is alone", in[0] == 0x0e && in[2] == kOwn && in[3] == kOwn);
   // What runs no more tells nothing of before.
   b.ring.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
   b.hello(2), b.value(2, 0, {1}), b.run(200);

@@ -202,7 +202,7 @@ function ringSection(id) {
 
 function drawRing(section, r) {
   set(section, "className", [
-    "ring", ...r.whole ? [] : ["is-broken"], ...r.silent || r.unproven ? ["is-silent"] : []].join(" "));
+    "ring", ...r.broken ? ["is-broken"] : [], ...r.silent || r.unproven ? ["is-silent"] : []].join(" "));
   set($(".state", section), "textContent", r.unproven ? "not proven" : r.silent ? "silent" : r.text);
   set($(".facts", section), "textContent", [
     r.heard ? `last report ${localTime(r.heard)}` : "no report since the server's start",
