@@ -494,6 +494,17 @@ void testOrders() {
         result(6) == PROTOCOL_RING_RESULT_NOT_CONFIRMED && result(9) == PROTOCOL_RING_RESULT_NOT_CONFIRMED);
 }
 
+// A message to all of whom nobody is known.
+void testToNobody() {
+  Bench b;
+  b.start(), b.run(120), b.settle();
+  b.orders(b.order(1, 0, {1})), b.run(200);
+  const auto all = b.everTold(PROTOCOL_RING_PART_RESULT);
+  check("GW-06, TB-11: a message to all goes out also if nobody is known", b.told(0, RING_SHORT) == 1);
+  check("GW-06, TB-11: it is not confirmed then",
+        !all.empty() && all.back().data == Bytes({0, 0, 0, 1, PROTOCOL_RING_RESULT_NOT_CONFIRMED}));
+}
+
 void testStart() {
   Bench b;
   b.at.randomFails = -1;
@@ -557,6 +568,7 @@ void testGateway() {
   testMessages();
   testFlood();
   testOrders();
+  testToNobody();
   testStart();
   testNonsense();
 }

@@ -79,8 +79,8 @@ private[transport] class OutgoingModel(
   def end: Option[Ended] = {
     val outcome =
       if (awaited.isEmpty && refusing.nonEmpty) Some(Outcome.Refused)
-      else if (awaited.isEmpty && (members.nonEmpty || wentOut)) Some(Outcome.Delivered)
-      else if (closed) Some(Outcome.NotConfirmed)
+      else if (awaited.isEmpty && members.nonEmpty) Some(Outcome.Delivered)
+      else if (closed || members.isEmpty && wentOut) Some(Outcome.NotConfirmed)
       else None
     outcome.map(Ended(tag, _, awaited ++ refusing))
   }

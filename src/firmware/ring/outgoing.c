@@ -98,7 +98,7 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
   /* Everything has left: the answers of those that are awaited are missing. */
   m->went_out = true;
   if (!any_byte(m->awaited, TRANSPORT_MAP_BYTES)) {
-    end_with(m, TRANSPORT_IS_DELIVERED);
+    end_with(m, TRANSPORT_NOT_CONFIRMED); /* nobody is there who could */
     return stalled_at;
   }
   const uint64_t answer_us = time_or_bits(t, 50000, 5000);

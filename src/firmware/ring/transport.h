@@ -94,7 +94,8 @@ uint64_t transport_poll(struct transport *transport, uint64_t now_us);
 
 /* Sends a message of 1 to 2,048 bytes, which must stay where they are until it has ended. `tag` is the host's
  * own number of it. `members`: who has to confirm a message to all (destination 0); null: everyone of whom a
- * HELLO came within 3 s. False: it is impossible, or there is no place. */
+ * HELLO came within 3 s. If that is nobody it ends as not confirmed. False: it is impossible, or there is no
+ * place. */
 bool transport_send(struct transport *transport, uint16_t tag, uint8_t destination, bool urgent,
                     const uint8_t *data, uint16_t length, const uint8_t *members, uint64_t now_us);
 
