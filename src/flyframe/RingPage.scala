@@ -229,9 +229,10 @@ object RingPage {
       their own, `ring_irq`. Process data of nodes are inputs of the master, its outputs process data of nodes
       (GW-02). Which object is in which slot stands in the [device file](device.md), and in objects 0x8010
       (inputs) and 0x8020 (outputs), which a master may write in PREOP: 256 × node + object, 0 for none. The
-      host program [ring_gateway](../src/firmware/node/ring_gateway.h) does the rest. Where the ring is broken
-      and who is there are inputs, too; without OP, without outputs in time, or without bit 0 of the control
-      byte the nodes are told that there is no valid value."""
+      host program [ring_gateway](../src/firmware/node/ring_gateway.h) does the rest. Where the ring is
+      broken, who is there, and whether another node has the gateway's address are inputs, too; without OP,
+      without outputs in time, or without bit 0 of the control byte the nodes are told that there is no valid
+      value."""
     ),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in

@@ -295,6 +295,34 @@ void testStartInRing() {
   check("GWB-01: then the gateway is alone", told(alone) == std::vector<Bytes>{{1, 1}});
 }
 
+// Another node has the gateway's address.
+void testConflict() {
+  Bench b;
+  b.start(), b.hello(3), b.run(120), b.settle();
+  const auto isTold = [&] {
+    return (b.last().at(PROTOCOL_RING_REPORT_STATUS_AT) & PROTOCOL_RING_STATUS_CONFLICT) != 0;
+  };
+  b.at.conflicts(), b.run(5);
+  check("GWB-09: a conflict of addresses is told", isTold());
+  b.run(9900);
+  check("GWB-09: it stays for ten seconds", b.at.clears == 0 && isTold());
+  check("GWB-09: it is told of the own node, too", [&] {
+    for (const auto& p : b.everTold(PROTOCOL_RING_PART_NODE))
+      if (p.source == 1 && (p.data.at(2) & NODE_RING_CONFLICT_MASK)) return true;
+    return false;
+  }());
+  const uint8_t life = b.at.memory[NODE_RING_LIFE];
+  b.run(200);
+  check("GWB-09: then it is cleared, with another life",
+        b.at.clears == 1 && !isTold() && b.at.memory[NODE_RING_LIFE] != life);
+  // The other one does so, too: each time it takes twice as long, and no memory wears out.
+  for (int i = 0; i < 3600; ++i) b.at.conflicts(), b.run(1000);
+  check("GWB-09: again and again, ever more rarely", b.at.clears == 10);
+  b.at.memory[NODE_RING_STATE] = 0, b.run(3'601'000);
+  b.at.conflicts(), b.run(10'100);
+  check("GWB-09: after an hour without one it begins anew", b.at.clears == 11);
+}
+
 // With the times of a board: HELLO each second, distances forgotten after 640 ms.
 void testMoments() {
   Bench b;
@@ -564,6 +592,7 @@ void testGateway() {
   testReports();
   testBreak();
   testStartInRing();
+  testConflict();
   testMoments();
   testMessages();
   testFlood();

@@ -22,6 +22,7 @@ struct RingBoard : board {
   unsigned waiting = 0;
   std::deque<Bytes> fifo;
   std::vector<ring_frame> frames;
+  unsigned clears = 0;  // of conflicts of addresses
 
   RingBoard() {
     memory[NODE_NODE_TYPE] = 0xf3;
@@ -45,6 +46,11 @@ struct RingBoard : board {
     if (isIn(a, NODE_CAN_F_REQUEST, 2)) waiting |= bits << 8 * (a - NODE_CAN_F_REQUEST);
     if (isIn(a, NODE_CAN_F_ABORT, 2)) waiting &= ~(bits << 8 * (a - NODE_CAN_F_ABORT));
     if (a == NODE_CAN_F_COMMAND && value & NODE_CAN_F_ABORT_ALL_MASK) waiting = 0;
+    if (a == NODE_RING_CONTROL && (value & NODE_RING_CLEAR_MASK)) {
+      memory[a] = static_cast<uint8_t>(value & ~NODE_RING_CLEAR_MASK);
+      memory[NODE_RING_STATE] = static_cast<uint8_t>(memory[NODE_RING_STATE] & ~NODE_RING_CONFLICT_MASK);
+      ++clears;
+    }
     if (!alone) leaveAll();
   }
   void leaveAll() {
@@ -52,6 +58,8 @@ struct RingBoard : board {
       if (waiting >> i & 1) leave(i);
     waiting = 0;
   }
+  // Another node has the same address (FR-62).
+  void conflicts() { memory[NODE_RING_STATE] |= NODE_RING_CONFLICT_MASK; }
   void leave(unsigned slot) {
     const uint8_t* bytes = &memory[NODE_CAN_F_SLOTN(slot)];
     ring_frame f{};

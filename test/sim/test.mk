@@ -33,7 +33,8 @@ SEED         ?= 1
 SANITIZED    := -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
 STACK_OUT    := $(COSIM_OUT)/stack-test.d
 STACK_C      := $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/ring/*.c) \
-                $(patsubst %,src/firmware/node/%.c,can_port ring_node ring_picture ring_gateway) \
+                $(patsubst %,src/firmware/node/%.c, \
+                  can_port ring_node ring_picture ring_conflict ring_gateway) \
                 src/firmware/start_number.c generated/slave-demo.objects.c generated/ring-gateway.objects.c
 STACK_CPP    := $(wildcard test/firmware/stack/*.cpp) test/firmware/fake.cpp
 STACK_TEST   := $(patsubst %,$(STACK_OUT)/%.o,$(STACK_C) $(STACK_CPP))

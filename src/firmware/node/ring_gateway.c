@@ -10,7 +10,13 @@ enum {
   OUTPUT_TABLE = 0x8020,
   OUTPUTS_VALID = 0x01 /* in the control byte */
 };
-enum { STATE_WHOLE = 0x01, STATE_RELAY = 0x02, STATE_UP_1 = 0x04, STATE_UP_2 = 0x08 };
+enum {
+  STATE_WHOLE = 0x01,
+  STATE_RELAY = 0x02,
+  STATE_UP_1 = 0x04,
+  STATE_UP_2 = 0x08,
+  STATE_CONFLICT = 0x10
+};
 enum { PORTS_AT = 1 }; /* in HELLO behind the life */
 /* Between two looks without news. Values become old, and nodes are lost, without anything that comes. */
 enum { LOOK_US = 1000 };
@@ -154,6 +160,7 @@ static bool take_picture(struct gateway *g, bool runs, uint64_t valid) {
   if (runs && g->node.parameters.relay) state |= STATE_RELAY;
   if (ports & NODE_RING_UP1_MASK) state |= STATE_UP_1;
   if (ports & NODE_RING_UP2_MASK) state |= STATE_UP_2;
+  if (runs && ring_node_conflict(&g->node)) state |= STATE_CONFLICT;
   bool changed = renew8(&o->object_6000_01, state);
   changed |= renew8(&o->object_6000_02, p->count);
   changed |= renew8(&o->object_6000_03, p->ends[0]);
@@ -240,6 +247,7 @@ static void refuse_messages(struct gateway *g) {
 
 void gateway_serve(struct gateway *g) {
   ring_node_serve(&g->node);
+  ring_conflict_look(&g->conflict, &g->node);
   /* Both sides are one chip: it was reset, or is there only now, and has heard nothing of the slave stack. */
   if (g->node.starts != g->starts) start_slave(g);
   g->starts = g->node.starts;

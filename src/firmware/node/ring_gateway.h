@@ -13,6 +13,7 @@
 #define FLYFRAME_RING_GATEWAY_PROGRAM_H
 
 #include "ring-gateway.objects.h"
+#include "ring_conflict.h"
 #include "ring_node.h"
 #include "ring_picture.h"
 
@@ -35,6 +36,7 @@ struct gateway {
   struct slave_application application;
   struct ring_node node;
   struct ring_picture picture;
+  struct ring_conflict conflict;
   struct board *board;
   struct gateway_slots inputs, outputs;
   bool follows; /* the transport knows the tables */

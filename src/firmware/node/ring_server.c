@@ -243,6 +243,7 @@ enum ring_node_fault ring_server_start(struct ring_server *s, struct board *boar
 void ring_server_serve(struct ring_server *s) {
   struct board *board = s->node.board;
   ring_node_serve(&s->node);
+  ring_conflict_look(&s->conflict, &s->node);
   s->due_us = s->node.now_us + look_us(s);
   if (!s->node.began) return;
   if (!s->began) begin_reports(s);

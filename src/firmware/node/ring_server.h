@@ -6,6 +6,7 @@
 #define FLYFRAME_RING_SERVER_PROGRAM_H
 
 #include "plant_port.h"
+#include "ring_conflict.h"
 #include "ring_node.h"
 #include "ring_picture.h"
 #include "ring_reports.h"
@@ -42,6 +43,7 @@ struct ring_server {
   struct ring_node node;
   struct ring_server_parameters parameters;
   struct ring_picture picture;
+  struct ring_conflict conflict;
   struct ring_reports reports;
   bool began; /* the reports have their life: there was a random number */
   bool plant_works;

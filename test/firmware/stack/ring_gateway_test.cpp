@@ -147,6 +147,17 @@ void breaks() {
   check("GWB-07: without the ring's controller all is 0", in == Bytes(kInputs) && b.c.status() == AL_OP);
 }
 
+void conflict() {
+  GatewayBench b;
+  b.op();
+  b.hello(2), b.run(200);
+  check("GW-02: no conflict", (b.inputs()[0] & 0x10) == 0);
+  b.ring.conflicts(), b.run(9'900'000);
+  check("GWB-09: a conflict of addresses is an input", (b.inputs()[0] & 0x10) != 0 && b.ring.clears == 0);
+  b.run(200'000);
+  check("GWB-09: it is cleared after ten seconds", (b.inputs()[0] & 0x10) == 0 && b.ring.clears == 1);
+}
+
 void outputs() {
   GatewayBench b;
   check("GW-03: before OP no valid value, once", b.sentIn(2000, 2) == Sent{{0, 0}});
@@ -250,6 +261,7 @@ void faults() {
 void testRingGateway() {
   inputs();
   breaks();
+  conflict();
   outputs();
   tables();
   faults();
