@@ -2,6 +2,7 @@
 // the tests play.
 #include <cstring>
 #include <deque>
+#include <map>
 #include <random>
 
 extern "C" {
@@ -533,6 +534,79 @@ void testToNobody() {
         !all.empty() && all.back().data == Bytes({0, 0, 0, 1, PROTOCOL_RING_RESULT_NOT_CONFIRMED}));
 }
 
+// Numbers come to their end: the gateway begins another life before that, and loses nothing.
+void testNumbers() {
+  Bench b;
+  b.start();
+  for (uint8_t n = 2; n <= 9; ++n) b.hello(n);
+  b.run(120), b.settle();
+  const uint64_t first = b.lifeOf(b.last());
+  b.server.reports.oldest = UINT32_MAX - 1100;  // the server has had so many
+  // What the server keeps: parts by their numbers, a repeat of the last one of its node not again (GW-07).
+  std::vector<std::pair<unsigned, Bytes>> kept;
+  std::map<unsigned, Bench::Part> newest;
+  std::map<uint64_t, uint64_t> wanted{{first, b.server.reports.oldest}};
+  const auto serve = [&] {
+    const Bytes report = b.last();
+    const uint64_t life = b.lifeOf(report);
+    uint64_t number = get(report, PROTOCOL_RING_REPORT_NUMBER_AT, 4);
+    for (const auto& p : Bench::partsOf(report)) {
+      if (number++ < wanted[life]) continue;
+      if (p.type != PROTOCOL_RING_PART_MESSAGE) continue;
+      const auto before = newest.find(p.source);
+      const bool again = before != newest.end() && (p.flags & PROTOCOL_RING_FLAG_REPEAT) &&
+                         before->second.number == p.number && before->second.data == p.data;
+      if (!again) kept.emplace_back(p.source, p.data);
+      newest[p.source] = p;
+    }
+    wanted[life] = std::max(wanted[life], number);
+    b.at.incoming.push_back(b.answer(report, wanted[life]));
+  };
+  bool all = true;
+  for (unsigned i = 0; i < 300; ++i) {
+    for (uint8_t n = 2; n <= 9; ++n) {
+      const auto tell = [&] {
+        b.shortOf(n, static_cast<uint8_t>(i), {n, static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8)});
+      };
+      const unsigned before = b.told(n, RING_DONE);
+      // As TP-12; each third answer of the server is lost.
+      for (unsigned t = 0; t < 10 && b.told(n, RING_DONE) == before; ++t) {
+        tell(), b.run(3);
+        serve();
+        if ((i + n + t) % 3 == 0) b.at.incoming.clear();
+        b.run(2);
+      }
+      all = all && b.told(n, RING_DONE) == before + 1;
+      b.at.frames.clear();
+    }
+    b.at.datagrams.erase(b.at.datagrams.begin(), b.at.datagrams.end() - 1);
+  }
+  check("GW-04, GWB-11: before numbers of parts end there is another life", b.lifeOf(b.last()) != first);
+  check("GW-04, GWB-11: it numbers from 0 on",
+        b.server.reports.oldest < 2500 && wanted[first] == UINT32_MAX - 999u);
+  check("GW-05, GWB-11: each message is delivered", all);
+  check("GW-05, GWB-11: and kept once, in order", [&] {
+    if (kept.size() != 8 * 300) return false;
+    for (unsigned i = 0; i < 300; ++i)
+      for (uint8_t n = 2; n <= 9; ++n)
+        if (kept[8 * i + n - 2u].second != Bytes({n, static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8)}))
+          return false;
+    return true;
+  }());
+
+  for (const bool ofReports : {true, false}) {
+    Bench c;
+    c.start(), c.run(120), c.settle();
+    const uint64_t life = c.lifeOf(c.last());
+    (ofReports ? c.server.reports.counter : c.server.reports.taken) = UINT32_MAX - 1;
+    c.run(1000);
+    const std::string what = ofReports ? "reports" : "messages";
+    check("GW-04, GWB-11: the same holds for the counter of " + what,
+          c.lifeOf(c.last()) != life && get(c.last(), PROTOCOL_RING_REPORT_COUNTER_AT, 4) < 1000 &&
+              c.taken() == 0);
+  }
+}
+
 void testStart() {
   Bench b;
   b.at.randomFails = -1;
@@ -598,6 +672,7 @@ void testGateway() {
   testFlood();
   testOrders();
   testToNobody();
+  testNumbers();
   testStart();
   testNonsense();
 }

@@ -9,6 +9,8 @@ import flyframe.protocol.{RingFlag, RingPart, RingResult}
   *
   * @param faults
   *   how likely a datagram is lost, comes twice or comes late, each, in both directions
+  * @param begin
+  *   number of its first part
   */
 final class ModelGateway(
     val life: Life,
@@ -16,10 +18,11 @@ final class ModelGateway(
     key: Array[Byte] = ServerBench.key,
     faults: Double = 0,
     random: Random = new Random(1),
-    socket: DatagramSocket = ModelStation.socket()
+    socket: DatagramSocket = ModelStation.socket(),
+    begin: Long = 0
 ) extends ModelStation(port, faults, random, socket) {
   private val kept    = mutable.Buffer.empty[Part]
-  private var first   = 0L
+  private var first   = begin
   private var counter = 0L // of the last report
   private var echo    = 0L // of the last answer taken
   private var known   = 0L // life of the server

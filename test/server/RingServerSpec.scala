@@ -286,6 +286,27 @@ class RingServerSpec extends AnyFlatSpec {
     assert(RingText.data(Seq.fill(300)('x'.toByte)).endsWith("x” … (300 bytes)"))
   }
 
+  "GW-04, GWB-11: numbers of parts" should "be good up to their end, and begin anew in the next life" in
+    Directory { directory =>
+      val given = options(directory)
+      val all   = Seq.tabulate(60)(i => bytes(s"message $i"))
+      Using.resource(start(given)) { server =>
+        // The server has a new log, and the gateway was there before.
+        Using.resource(new ModelGateway(Life(7, 1), server.udpPort, begin = 0xffffffffL - 40)) { g =>
+          for (i <- 0 until 40) {
+            g.message(2, 0, i, all(i))
+            g.settle()
+          }
+        }
+        Using.resource(new ModelGateway(Life(7, 2), server.udpPort)) { g =>
+          g.message(2, 0, 39, all(39), repeat = true)
+          for (i <- 40 until 60) g.message(2, 0, i, all(i))
+          g.settle()
+        }
+      }
+      assert(messages(given) == all)
+    }
+
   "GW-04: reports of a ring" should "count only with a right tag, of this life, and newer than the last" in
     withServer() { server =>
       val other = key.updated(3, 1.toByte)

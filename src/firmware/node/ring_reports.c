@@ -7,6 +7,8 @@ enum {
   US_IN_MS = 1000,
   PAUSE_US = 2000 /* between two reports: what has come meanwhile goes together */
 };
+/* Behind it there are enough for what comes in one pass of the main loop. */
+#define LAST_NUMBER (UINT32_MAX - 1000)
 
 static void tag_of(const struct ring_reports *r, uint8_t tag[ASCON_TAG_BYTES], const uint8_t *life,
                    uint8_t origin, uint32_t counter, const uint8_t *message, uint16_t length) {
@@ -165,6 +167,10 @@ bool ring_reports_done(struct ring_reports *r, struct ring_part *part) {
   --r->count;
   --r->stored;
   return true;
+}
+
+bool ring_reports_ends(const struct ring_reports *r) {
+  return r->counter > LAST_NUMBER || r->taken > LAST_NUMBER || r->oldest > LAST_NUMBER;
 }
 
 bool ring_reports_silent(const struct ring_reports *r, uint64_t now_us) {

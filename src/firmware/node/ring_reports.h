@@ -83,6 +83,9 @@ enum ring_datagram ring_reports_receive(struct ring_reports *r, const uint8_t *d
                                         struct ring_order *order, bool *renewed, uint64_t now_us);
 void ring_reports_take(struct ring_reports *r, const struct ring_order *order);
 
+/* Numbers of parts, reports or orders come to their end: it is time for another life. */
+bool ring_reports_ends(const struct ring_reports *r);
+
 bool ring_reports_silent(const struct ring_reports *r, uint64_t now_us);
 
 #endif

@@ -240,8 +240,15 @@ enum ring_node_fault ring_server_start(struct ring_server *s, struct board *boar
   return ring_node_start(&s->node, board, &s->parameters.node);
 }
 
+/* A number that came again would be taken for an old one. A restart loses nothing (GW-05). */
+static void restart(struct ring_server *s) {
+  const struct ring_server_parameters parameters = s->parameters;
+  ring_server_start(s, s->node.board, &parameters);
+}
+
 void ring_server_serve(struct ring_server *s) {
   struct board *board = s->node.board;
+  if (s->began && ring_reports_ends(&s->reports)) restart(s);
   ring_node_serve(&s->node);
   ring_conflict_look(&s->conflict, &s->node);
   s->due_us = s->node.now_us + look_us(s);
