@@ -9,10 +9,12 @@ import flyframe.protocol.RingResult
   *   counts them since the start of the server
   * @param destination
   *   address of the node, 0: all
+  * @param sinceMs
+  *   when it was asked for, and once it has left, when it did so first, monotonic
   * @param counter
   *   by which the gateway knows it, from when it is sent on
   * @param taken
-  *   the gateway has it
+  *   the gateway has this counter
   * @param sentMs
   *   when it left last, monotonic
   */
@@ -22,51 +24,91 @@ final case class RingOrder(
     urgent: Boolean,
     data: Vector[Byte],
     asked: Instant,
+    sinceMs: Long,
     counter: Option[Long] = None,
     taken: Boolean = false,
     sentMs: Option[Long] = None,
     outcome: Option[Either[String, Unit]] = None
-)
+) {
+
+  /** The gateway may have it, and has not said so: nothing else may have this counter. */
+  private[server] def mayBeTaken: Boolean = counter.nonEmpty && !taken
+
+  /** In words. */
+  def text: String = {
+    val to = if (destination == 0) "all nodes" else s"node $destination"
+    s"${if (urgent) "urgent to" else "to"} $to: ${RingText.data(data)}"
+  }
+}
 
 /** The messages to one ring (GW-06): they leave one after the other, each again and again until its gateway
-  * has taken it; results come in any order. Not for several threads.
+  * has taken it; results come in any order. One message to a node at a time is under way, so that a node that
+  * is busy stops no others. Each ends once, in whatever way. Not for several threads.
+  *
+  * @param timeoutMs
+  *   so long a message waits until it leaves, and then for its result
   */
-final class RingOrders {
+final class RingOrders(timeoutMs: Int) {
   import RingOrders._
   private var orders  = Vector.empty[RingOrder]
   private var counted = 0
+  private var ended   = Vector.empty[RingOrder]
 
   /** The last ones. */
   def all: Seq[RingOrder] = orders
 
+  /** Some have no result yet. */
+  def areOpen: Boolean = orders.exists(_.outcome.isEmpty)
+
+  /** Those that have ended since this was asked last, without a result of the gateway. */
+  def takeEnded(): Seq[RingOrder] = {
+    val all = ended
+    ended = Vector.empty
+    all
+  }
+
   /** Puts a message behind the others; Left: why not. */
-  def add(destination: Int, urgent: Boolean, data: Vector[Byte], now: Instant): Either[String, RingOrder] =
-    if (orders.count(_.outcome.isEmpty) >= MostWaiting) Left("Too many messages are waiting.")
+  def add(
+      destination: Int,
+      urgent: Boolean,
+      data: Vector[Byte],
+      nowMs: Long,
+      now: Instant
+  ): Either[String, RingOrder] = {
+    val waiting = orders.filter(_.outcome.isEmpty)
+    if (waiting.size >= MostWaiting || waiting.count(_.destination == destination) >= MostOfNode)
+      Left("Too many messages are waiting.")
     else {
       counted += 1
-      val order = RingOrder(counted, destination, urgent, data, now)
+      val order = RingOrder(counted, destination, urgent, data, now, nowMs)
       // Those that wait stay, whatever has ended meanwhile.
-      val (ended, open) = orders.partition(_.outcome.nonEmpty)
-      val kept          = ended.takeRight(MostShown - 1 - open.size).map(_.id).toSet
-      orders = orders.filter(o => o.outcome.isEmpty || kept(o.id)) :+ order
+      val (open, over) = orders.partition(o => o.outcome.isEmpty || o.mayBeTaken)
+      val kept         = over.takeRight(MostShown - 1 - open.size).map(_.id).toSet
+      orders = orders.filter(o => open.contains(o) || kept(o.id)) :+ order
       Right(order)
     }
+  }
 
   /** The one that is to leave now, if it is time. Once it has left it keeps its counter: the gateway may have
-    * taken it.
+    * taken it. If it has ended before that is known, a message to the gateway itself, which refuses it, takes
+    * its place.
     *
     * @param taken
     *   counter of the last one that the gateway has taken
     */
   def next(taken: Long, nowMs: Long): Option[RingOrder] = {
-    for (o <- orders if o.outcome.isEmpty && !o.taken && o.counter.exists(_ <= taken))
-      update(o.id)(_.copy(taken = true))
+    for (o <- orders if o.mayBeTaken && o.counter.exists(_ <= taken)) update(o.id)(_.copy(taken = true))
+    val busy = orders.filter(o => o.taken && o.outcome.isEmpty).map(_.destination).toSet
     orders
-      .find(o => o.outcome.isEmpty && !o.taken)
+      .find(_.mayBeTaken)
+      .orElse(orders.find(o => o.outcome.isEmpty && o.counter.isEmpty && !busy(o.destination)))
       .filter(_.sentMs.forall(nowMs - _ >= RepeatMs))
       .map { o =>
-        update(o.id)(_.copy(counter = Some(o.counter.getOrElse(taken + 1)), sentMs = Some(nowMs)))
-        orders.find(_.id == o.id).get
+        val since = if (o.counter.isEmpty) nowMs else o.sinceMs
+        val sent =
+          o.copy(counter = o.counter.orElse(Some(taken + 1)), sentMs = Some(nowMs), sinceMs = since)
+        update(o.id)(_ => sent)
+        if (sent.outcome.isEmpty) sent else sent.copy(destination = Ring.Gateway, data = Vector(0))
       }
   }
 
@@ -80,19 +122,43 @@ final class RingOrders {
         )
       )
 
-  /** The gateway has another life: of those that it has taken no result comes any more. */
-  def abandon(): Unit =
+  /** The gateway has another life: of those that it may have taken no result comes any more, and counters
+    * begin anew.
+    */
+  def abandon(): Unit = {
     for (o <- orders if o.outcome.isEmpty && o.counter.nonEmpty)
-      update(o.id)(_.copy(outcome = Some(Left("not confirmed: the gateway has restarted"))))
+      end(o, "not confirmed: the gateway has restarted")
+    orders = orders.map(o => if (o.counter.nonEmpty) o.copy(taken = true) else o)
+  }
+
+  /** Gives up what has lasted too long; true if something has. */
+  def tick(nowMs: Long): Boolean = {
+    val late = orders.filter(o => o.outcome.isEmpty && nowMs - o.sinceMs > timeoutMs)
+    for (o <- late)
+      end(o, if (o.counter.isEmpty) "not sent in time" else "not confirmed: no result has come in time")
+    late.nonEmpty
+  }
+
+  private def end(order: RingOrder, why: String): Unit = {
+    val over = order.copy(outcome = Some(Left(why)))
+    update(order.id)(_ => over)
+    ended :+= over
+  }
 
   private def update(id: Int)(change: RingOrder => RingOrder): Unit =
     orders = orders.map(o => if (o.id == id) change(o) else o)
 }
 
 object RingOrders {
-  private val MostWaiting = 8
-  private val MostShown   = 16
+  private val MostWaiting = 16
+  private val MostOfNode  = 4
+  private val MostShown   = 24
 
   /** Between two sendings of a message that the gateway has not taken, ms. */
   private val RepeatMs = 200
+
+  /** A gateway tells the result of a message after so long at most, ms: it gives it 30 s, and a frame that
+    * cannot leave 10 s more.
+    */
+  val GatewayMs = 45000
 }

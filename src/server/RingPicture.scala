@@ -63,12 +63,9 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
   }
 
   private def order(o: RingOrder): ujson.Obj = ujson.Obj(
-    "id" -> o.id,
-    "to" -> o.destination,
-    "text" -> (Seq(
-      if (o.urgent) "urgent to" else "to",
-      if (o.destination == 0) "all nodes:" else s"node ${o.destination}:"
-    ).mkString(" ") + s" ${RingText.data(o.data)}"),
+    "id"   -> o.id,
+    "to"   -> o.destination,
+    "text" -> o.text,
     "state" -> (o.outcome match {
       case Some(Right(()))            => "delivered"
       case Some(Left(why))            => why

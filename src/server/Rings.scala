@@ -10,8 +10,15 @@ import flyframe.protocol.RingPart
   *
   * @param isSilent
   *   what has been heard at this time, monotonic, is silent now
+  * @param orderTimeoutMs
+  *   see [[Options]]; that of a message begins when its gateway must have told its result
   */
-final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOfDay: () => Instant) {
+final class Rings(
+    isSilent: Option[Long] => Boolean,
+    orderTimeoutMs: Int,
+    clockMs: () => Long,
+    timeOfDay: () => Instant
+) {
   import Rings._
   private val rings  = mutable.LinkedHashMap.empty[Int, Ring]
   private val orders = mutable.Map.empty[Int, RingOrders]
@@ -31,7 +38,7 @@ final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOf
 
   def hasRoom(id: Int): Boolean = rings.contains(id) || rings.size < MostRings || rings.values.exists(mayGo)
 
-  private def mayGo(r: Ring) = isSilent(r.heardMs)
+  private def mayGo(r: Ring) = isSilent(r.heardMs) && !orders.get(r.id).exists(_.areOpen)
 
   /** A report counts. */
   def take(report: RingReport, sender: InetSocketAddress): Unit = {
@@ -63,14 +70,15 @@ final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOf
   def stored(record: LifeRecord): Unit =
     for (r <- get(record.life)) rings(r.id) = r.copy(stored = Some(record.next), gaps = record.gaps)
 
-  private def ordersOf(id: Int): RingOrders = orders.getOrElseUpdate(id, new RingOrders)
+  private def ordersOf(id: Int): RingOrders =
+    orders.getOrElseUpdate(id, new RingOrders(orderTimeoutMs + RingOrders.GatewayMs))
 
   /** A message for a node; Left: why it cannot be sent. */
   def send(id: Int, destination: Int, urgent: Boolean, data: Vector[Byte]): Either[String, RingOrder] = for {
     r     <- rings.get(id).toRight(s"There is no ring $id.")
     _     <- Either.cond(!isSilent(r.heardMs), (), s"The gateway of ring $id is silent.")
     _     <- Either.cond(destination != Ring.Gateway, (), "The gateway has no messages for itself.")
-    order <- ordersOf(id).add(destination, urgent, data, timeOfDay())
+    order <- ordersOf(id).add(destination, urgent, data, clockMs(), timeOfDay())
   } yield order
 
   /** Messages that are to leave now, with the life of the gateway and where it is. */
@@ -81,8 +89,16 @@ final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOf
     order         <- ordersOf(id).next(taken(id), clockMs()).toSeq
   } yield (life, address, order)
 
-  /** True if a gateway has become silent since the last time. */
-  def tick(): Boolean = rings.values.count(r => isSilent(r.heardMs) && silent.add(r.id)) > 0
+  /** True if a gateway has become silent since the last time, or a message was given up. */
+  def tick(): Boolean = {
+    val late = orders.values.count(_.tick(clockMs()))
+    rings.values.count(r => isSilent(r.heardMs) && silent.add(r.id)) + late > 0
+  }
+
+  /** Messages that have ended since this was asked last without a result of their gateways, with the IDs of
+    * these.
+    */
+  def takeEnded(): Seq[(Int, RingOrder)] = orders.toSeq.flatMap { case (id, o) => o.takeEnded().map(id -> _) }
 
   def picture(isUnproven: Int => Boolean): Vector[RingPicture] =
     rings.values.toVector

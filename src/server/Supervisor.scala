@@ -5,7 +5,7 @@ import java.security.SecureRandom
 import java.sql.SQLException
 import java.time.Instant
 import scala.collection.mutable
-import flyframe.protocol.{CommandResult, EventKind, Order, ServerDatagram, SlaveStatus}
+import flyframe.protocol.{CommandResult, EventKind, Order, RingResult, ServerDatagram, SlaveStatus}
 
 /** The masters and what comes from them: which reports count, the lines, the log, the orders (SRV-05 to
   * SRV-14). For several threads. What a report tells is shown at once; the log comes behind and can hold up
@@ -43,7 +43,7 @@ final class Supervisor(
   private val refused = mutable.Map.empty[Refusal, Long].withDefaultValue(0L)
   private val admits  = new Admission(options, keys, clockMs)
   private val records = mutable.Map.empty[Int, RecordGaps]
-  private val rings   = new Rings(isSilentSince, clockMs, timeOfDay)
+  private val rings   = new Rings(isSilentSince, options.orderTimeoutMs, clockMs, timeOfDay)
   private var broken  = Option.empty[String]
 
   // The life of the server; the number of the last answer in it; the last ticket.
@@ -395,9 +395,10 @@ final class Supervisor(
     }
     for ((_, o)  <- orders if o.tick(now)) changed()
     for ((id, o) <- orders; r <- o.takeEnded()) note(id, r)
+    if (rings.tick()) changed()
+    for ((id, o) <- rings.takeEnded()) note(id, o)
     if (toNote.nonEmpty && broken.isEmpty) write()
     for ((id, m) <- masters if isSilent(m) && silent.add(id)) changed()
-    if (rings.tick()) changed()
     sendToRings()
     if (now - probedMs >= ProbeMs && !isWriting) {
       probedMs = now
@@ -420,8 +421,22 @@ final class Supervisor(
     val result = outcome.fold(_ => CommandResult.NoAnswer, _ => CommandResult.Done)
     val event  = Event(LogEntry.ZoneOrder, r.tickets.head.order, ServerDatagram.AllNodes, state = result)
     val text   = s"${r.text}: ${outcome.fold("failed, " + _, _ => "done")}"
+    note(master, event, text)
+  }
+
+  /** Has the log told how a message for a node of a ring has ended without a result of its gateway. */
+  private def note(gateway: Int, o: RingOrder): Unit = for (why <- o.outcome.flatMap(_.left.toOption)) {
+    val name = o.counter.fold("message of the server")(n => s"message $n of the server")
+    note(
+      gateway,
+      Event(LogEntry.RingResult, node = o.destination, state = RingResult.NotConfirmed),
+      s"$name ${o.text}: $why"
+    )
+  }
+
+  private def note(id: Int, event: Event, text: String): Unit = {
     noted += 1
-    toNote += LogEntry(0, timeOfDay(), Life(master, life), noted, event, note = Some(text))
+    toNote += LogEntry(0, timeOfDay(), Life(id, life), noted, event, note = Some(text))
     if (toNote.size > MostNotes) toNote.remove(0)
   }
 

@@ -1,5 +1,6 @@
 // The host program of a ring's gateway (ring_server) on a fake controller, between nodes and a server that
 // the tests play.
+#include <algorithm>
 #include <cstring>
 #include <deque>
 #include <map>
@@ -523,6 +524,45 @@ void testOrders() {
         result(6) == PROTOCOL_RING_RESULT_NOT_CONFIRMED && result(9) == PROTOCOL_RING_RESULT_NOT_CONFIRMED);
 }
 
+// A node that is busy for ever, and others.
+void testBusy() {
+  Bench b;
+  b.start();
+  for (uint8_t n = 2; n <= 9; ++n) b.hello(n);
+  b.run(120), b.settle();
+  for (uint32_t i = 1; i <= 4; ++i) b.orders(b.order(i, 3, {static_cast<uint8_t>(i)}));
+  const auto seconds = [&](int count) {
+    for (int i = 0; i < 10 * count; ++i) {
+      for (uint8_t pipe = 0; pipe < 4; ++pipe)
+        b.at.comes({false, 1, false, 3, RING_BUSY, pipe, true}, {0, b.server.node.life, 20});
+      b.run(100);
+      if (b.server.reports.count > 0) b.acknowledge();
+    }
+  };
+  const auto results = [&] {
+    std::vector<unsigned> all;
+    for (const auto& p : b.everTold(PROTOCOL_RING_PART_RESULT))
+      all.push_back(static_cast<unsigned>(get(p.data, 0, 4)) << 8 | p.data.at(4));
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  };
+  seconds(29);
+  b.orders(b.order(5, 4, {5}));
+  check("GW-06, GWB-10: a node may be busy for half a minute", results().empty() && b.taken() == 4);
+  seconds(2);
+  check("GW-06, GWB-10: then its messages end as not confirmed",
+        results() == std::vector<unsigned>({0x102, 0x202, 0x302, 0x402}) && b.told(3, RING_CLOSE) == 4);
+  b.orders(b.order(5, 4, {5})), b.run(5);
+  check("GW-06, GWB-10: and others are taken", b.taken() == 5 && b.told(4, RING_SHORT) == 1);
+  b.at.comes({false, 1, false, 4, RING_DONE, 0, true}, {0, b.server.node.life, 4, 0});
+  for (uint8_t pipe = 0; pipe < 4; ++pipe)
+    b.at.comes({false, 1, false, 3, RING_DONE, pipe, true}, {0, b.server.node.life, 3, 0});
+  b.run(100), b.settle(), seconds(60);
+  check("GW-06, GWB-10: each has one result",
+        results() == std::vector<unsigned>({0x102, 0x202, 0x302, 0x402, 0x500}));
+}
+
 // A message to all of whom nobody is known.
 void testToNobody() {
   Bench b;
@@ -671,6 +711,7 @@ void testGateway() {
   testMessages();
   testFlood();
   testOrders();
+  testBusy();
   testToNobody();
   testNumbers();
   testStart();

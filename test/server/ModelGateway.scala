@@ -37,6 +37,9 @@ final class ModelGateway(
   var results: RingSend => Int = _ => RingResult.Delivered
   var tells                    = true
 
+  /** Whether the node of a message answers, so that there is a result. */
+  var answers: RingSend => Boolean = _ => true
+
   def waiting: Int = kept.size
 
   def happen(parts: Part*): Unit = kept ++= parts
@@ -101,7 +104,7 @@ final class ModelGateway(
         taken = s.counter
         sends += s
         val counter = Seq(24, 16, 8, 0).map(n => (s.counter >> n).toByte)
-        if (tells) happen(Part(RingPart.Result, 1, (counter :+ results(s).toByte).toVector))
+        if (tells && answers(s)) happen(Part(RingPart.Result, 1, (counter :+ results(s).toByte).toVector))
       }
   }
 }

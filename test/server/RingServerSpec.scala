@@ -1,8 +1,10 @@
 package flyframe.server
 
+import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
+import flyframe.protocol.RingResult
 
 /** The server with rings: a whole one on loopback, and gateways that the test plays. */
 class RingServerSpec extends AnyFlatSpec {
@@ -264,11 +266,76 @@ class RingServerSpec extends AnyFlatSpec {
       Using.resource(new ModelGateway(Life(7, 2), server.udpPort)) { g =>
         g.settle()
         assert(states == Seq("not confirmed: the gateway has restarted"))
+        eventually("the log has it, too") {
+          log(server).exists(
+            _.contains("message 1 of the server to node 3: “one”: not confirmed: the gateway")
+          )
+        }
         assert(post("two").statusCode == 202)
         untilTaken(g, 1)
         g.settle()
         assert(states.last == "delivered" && g.sends.map(_.counter) == Seq(1))
       }
+  }
+
+  it should "wait for no message to another node, however long that one is busy" in withServer(
+    // Each is given up after a moment more than the gateway takes.
+    _.copy(orderTimeoutMs = 1)
+  ) { server =>
+    val page = new PageClient(server)
+    def post(node: Int, text: String) =
+      page.post("api/ring", s"""{"ring": 7, "node": $node, "text": "$text"}""").statusCode
+    def states = ring(server)("orders").arr.map(_("state").str).toSeq
+    Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+      g.settle()
+      g.answers = _.destination != 3
+      assert((1 to 5).map(i => post(3, s"busy $i")) == Seq(202, 202, 202, 202, 409))
+      assert(post(4, "other") == 202 && post(5, "another") == 202)
+      eventually("the others are done") {
+        g.report()
+        g.listen(10)
+        states.drop(4) == Seq("delivered", "delivered")
+      }
+      assert(g.sends.map(_.destination) == Seq(3, 4, 5))
+      assert(states.take(4) == "on its way" +: Seq.fill(3)("waits for the one before"))
+    }
+  }
+
+  "GW-06: messages to a ring" should "end once each, when the gateway is silent or tells no result" in {
+    val now                         = Instant.EPOCH
+    val o                           = new RingOrders(1000)
+    def add(node: Int, ms: Long)    = o.add(node, urgent = false, Vector(1, 2), ms, now).isRight
+    def ends                        = o.all.map(_.outcome.fold("")(_.fold(identity, _ => "done")))
+    def next(taken: Long, ms: Long) = o.next(taken, ms).map(m => (m.counter.get, m.destination))
+    val noResult                    = "not confirmed: no result has come in time"
+    assert(add(3, 0) && add(3, 0) && add(4, 0))
+    assert(next(7, 0).contains((8, 3)) && next(7, 100).isEmpty && next(7, 200).contains((8, 3)))
+    assert(next(8, 300).contains((9, 4)) && next(9, 400).isEmpty)
+    o.told(9, RingResult.Delivered)
+    assert(!o.tick(1000) && o.tick(1001))
+    assert(ends == Seq(noResult, "not sent in time", "done"))
+    assert(o.takeEnded().map(_.id) == Seq(1, 2) && o.takeEnded().isEmpty)
+    // A result that comes late is none.
+    o.told(8, RingResult.Delivered)
+    assert(ends == Seq(noResult, "not sent in time", "done") && !o.tick(5000))
+
+    // One of which nobody knows whether the gateway has it keeps its counter, and does nothing any more.
+    assert(add(5, 5000) && next(9, 5000).contains((10, 5)) && o.tick(6001) && ends.last == noResult)
+    for (i <- 1 to 40) assert(add(6, 6100) && o.tick(8000 + i), i)
+    assert(add(6, 9000))
+    assert(next(9, 9000).contains((10, Ring.Gateway)) && next(9, 9200).contains((10, Ring.Gateway)))
+    assert(next(10, 9300).contains((11, 6)))
+    o.told(10, RingResult.Refused)
+    o.told(11, RingResult.Delivered)
+    assert(ends.last == "done" && o.all.find(_.counter.contains(10)).get.outcome.contains(Left(noResult)))
+
+    // A gateway that restarts: counters begin anew, and what has not left does so.
+    assert(add(7, 9400) && add(7, 9400) && next(11, 9400).contains((12, 7)))
+    o.abandon()
+    assert(ends.takeRight(2) == Seq("not confirmed: the gateway has restarted", ""))
+    assert(next(0, 9500).contains((1, 7)))
+    o.abandon()
+    assert(next(0, 9600).isEmpty && o.takeEnded().size == 43)
   }
 
   "GW-07: a break" should "be told by its two ends" in {

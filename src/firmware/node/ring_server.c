@@ -13,6 +13,7 @@ enum {
   PLANT_EVENTS = NODE_PLANT_MASK_RECEIVED_MASK | NODE_PLANT_MASK_SENT_MASK,
   CAN_F_AT = 2, /* in HELLO behind the life */
   CAN_T_AT = 3,
+  ORDER_US = 30000000, /* for a message of the server: twice what four long ones take at 5 kbit/s */
   /* Of a CAN status: another one in each moment, and no news. */
   MOMENTARY = NODE_CAN_F_INTEGRATING_MASK | NODE_CAN_F_SENDING_MASK | NODE_CAN_F_RECEIVING_MASK
 };
@@ -166,9 +167,17 @@ static void take_order(struct ring_server *s, const struct ring_order *order) {
       return;
     place->used = true;
     place->counter = order->counter;
+    place->taken_us = s->node.now_us;
     ring_reports_take(&s->reports, order);
     return;
   }
+}
+
+/* A node may be busy for ever (TB-06). */
+static void give_up_orders(struct ring_server *s) {
+  for (uint16_t i = 0; i < RING_SERVER_ORDERS; ++i)
+    if (s->orders[i].used && s->node.now_us - s->orders[i].taken_us >= ORDER_US)
+      transport_cancel(&s->node.transport, i);
 }
 
 static void end_orders(struct ring_server *s) {
@@ -261,6 +270,7 @@ void ring_server_serve(struct ring_server *s) {
   if (!s->began || !s->plant_works) return;
   receive(s);
   end_parts(s);
+  give_up_orders(s);
   end_orders(s);
   take_messages(s);
   look_at_ring(s);

@@ -36,6 +36,7 @@ struct ring_server_node {
 struct ring_server_order {
   bool used;
   uint32_t counter;
+  uint64_t taken_us;
   uint8_t data[RING_SERVER_ORDER_BYTES];
 };
 
