@@ -452,22 +452,28 @@ module Guard(
   reg  [8:0] span;
   wire       isOver = isGuard ? ~(span[8]) & span[7:1] >= {4'h0, address[2:0]} : ~(span[8]) & span[7:1] >= address;
   reg  [1:0] settling;
+  wire       actsHome = home & ~rests;
+  reg        homeComes_REG;
+  wire       homeComes = actsHome & ~homeComes_REG;
   wire       waitEnds = isWaiting & isOver;
   reg        hasWaited;
-  wire       _closes_output = automatic_0 & isWaiting & (hasWaited ? _hold_over : home);
+  wire       _closes_output = automatic_0 & isWaiting & (hasWaited ? _hold_over : home) & ~homeComes;
   wire       _latch_output = automatic_0 & inMode1 & isOver;
-  wire       _next_output = automatic_0 & (comes ? home | ~up_1 & wasUp2 : isGuard & ~_closes_output | _latch_output);
+  wire       _next_output =
+    automatic_0 & (comes ? home | ~up_1 & wasUp2 : isGuard & ~_closes_output | _latch_output | homeComes);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isGuard <= 1'h0;
       isWaiting <= 1'h0;
       wasUp2 <= 1'h0;
+      homeComes_REG <= 1'h0;
       hasWaited <= 1'h0;
     end
     else begin
       isGuard <= _next_output;
       isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over & ~(|settling));
       wasUp2 <= coming_1 | wasUp2;
+      homeComes_REG <= actsHome;
       hasWaited <= waitEnds;
     end
   end // always @(posedge, posedge)

@@ -26,6 +26,7 @@ class BusModeModel {
   private var latch     = 0             // T of dominance in mode 1
   private var settling  = 0             // milliseconds until a guard that has come up watches port 2
   private var isTimed   = false         // there is a T
+  private var wasHome   = false         // `home` could act in the cycle before
 
   /** Times that the guard closed the ring, and that a latch made the node guard; 8 bits, stop at 255. */
   var closings: Int = 0
@@ -104,16 +105,21 @@ class BusModeModel {
     val isFound = held.exceeds(if (hasWaited) 6 else 12)
     if (isFound) held.begin()
     val isLatched = latch > 40 + 2 * address
+    val homeComes = home && isFree && !wasHome
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
     if (!isFree || !now1 || !now2) open(false)
     else if (!up1 || !up2) open(home || !up2 && was2)
-    else if (guard && isWaiting) waits(home, bit, isOver, isFound)
-    else if (guard) startWaiting(isFound && settling == 0)
-    else if (isLatched) {
-      latches = 255 min latches + 1
-      open(true)
+    else {
+      if (guard && isWaiting) waits(home, mayClose = !homeComes, bit, isOver, isFound)
+      else if (guard) startWaiting(isFound && settling == 0)
+      else if (isLatched) {
+        latches = 255 min latches + 1
+        open(true)
+      }
+      guard ||= homeComes
     }
+    wasHome = home && isFree
     hasWaited = isOver
     if (!up1 || !up2) settling = 2
     else if (isFound) settling = 0
@@ -143,8 +149,8 @@ class BusModeModel {
     waited = 0
   }
 
-  private def waits(home: Boolean, bit: Boolean, isOver: Boolean, isFound: Boolean): Unit =
-    if (if (hasWaited) isFound else home) {
+  private def waits(home: Boolean, mayClose: Boolean, bit: Boolean, isOver: Boolean, isFound: Boolean): Unit =
+    if (mayClose && (if (hasWaited) isFound else home)) {
       closings = 255 min closings + 1
       open(false)
     } else if (isFound) isWaiting = false

@@ -97,8 +97,10 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
       config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
     return false;
 
-  /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. */
-  write_number(board, NODE_RING_CONTROL, 1, 0);
+  /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. Who is
+   * `home` stays so: written anew it would open the ring (FB-05), which may be open elsewhere. */
+  const uint32_t home = config->home && !relay ? NODE_RING_HOME_MASK : 0;
+  write_number(board, NODE_RING_CONTROL, 1, read_number(board, NODE_RING_CONTROL, 1) & home);
   /* A port that waits already does so for the time that was written before (FB-04). Its neighbour would be up
    * long before it, and send it what it does not hear: both begin anew. */
   if (config->up_ms != 0 && read_number(board, NODE_RING_UP_MS, 1) != config->up_ms) {

@@ -51,10 +51,14 @@ class Guard extends Module {
   private def passes(wanted: UInt) = !span(8) && span(7, 1) >= wanted
   private val isOver               = Mux(isGuard, passes(address(2, 0)), passes(address))
 
-  // Milliseconds until a guard that has come up watches port 2, whose neighbour may come up behind it (FB-14).
+  // Milliseconds until a guard that has come up watches port 2: its neighbour may come up later (FB-14).
   private val settling   = Reg(UInt(2.W)) // no reset: set as long as a port is down
   private val isSettling = settling.orR
   private val settles    = ms && settling === 1.U
+
+  // `home` that is set, or may act again, with both ports up (FB-05). Reset: as the register.
+  private val actsHome  = home && !rests
+  private val homeComes = actsHome && !RegNext(actsHome, false.B)
 
   private val hold      = Module(new HoldTimer)
   private val waitEnds  = isWaiting && isOver
@@ -68,13 +72,13 @@ class Guard extends Module {
     .elsewhen(ms && isSettling) { settling := ShortCounter.down(settling) }
 
   // With the wait behind it, it closes if both sides still differ: another guard may have closed (FB-17).
-  closes := automatic && isWaiting && Mux(hasWaited, hold.over, home)
+  closes := automatic && isWaiting && Mux(hasWaited, hold.over, home) && !homeComes
   latch  := automatic && inMode1 && isOver
   when(!counts || closes) { span := Mux(isGuard && !closes, 511.U, (512 - 41).U) }
     .elsewhen(ticks.bit && !waitEnds) { span := ShortCounter.up(span) }
 
   private val atHome = home || (!up(1) && wasUp2)
-  next      := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
+  next      := automatic && Mux(comes, atHome, (isGuard && !closes) || latch || homeComes)
   isGuard   := next
   isWaiting := automatic && isGuard && !closes && (isWaiting ^ (hold.over && !isSettling))
 

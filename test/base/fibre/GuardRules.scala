@@ -26,10 +26,39 @@ abstract class GuardRules extends FibreCases {
     }
   }
 
-  "FR-30, FB-05: `home` that is written later" should "make no guard" in ring(3, home = None) { ring =>
+  "FR-30, FB-05: `home` that is written later" should "make a guard at once" in ring(3, home = None) { ring =>
     ring.control(0, home = true)
-    ring.runUs(5)
+    ring.runUs(1)
+    assert(ring.guards == Seq(0))
+  }
+
+  it should "open a ring that has latched" in ring(3, home = None) { ring =>
+    pulse(ring, 2, 3)
+    ring.runUs(3)
+    assert(ring.nodes.indices.forall(!ring.bus(_)))
+    ring.control(1, home = true)
+    ring.runUs(3)
+    assert(ring.guards == Seq(1) && ring.nodes.indices.forall(ring.bus))
+  }
+
+  it should "close in the first frame where the ring is broken elsewhere" in ring(3, home = None) { ring =>
+    ring.cut(1)
+    ring.runUs(10)
+    ring.control(0, home = true)
+    ring.runUs(1)
+    assert(ring.guards == Seq(0))
+    pulse(ring, 2, 2)
+    ring.runUs(1)
     assert(ring.guards == Nil)
+  }
+
+  "FB-05, FB-09: `home`" should "act again behind a forced mode" in ring(3) { ring =>
+    ring.control(0, home = true, forced = 1)
+    ring.runUs(1)
+    assert(ring.guards == Nil)
+    ring.control(0, home = true)
+    ring.runUs(1)
+    assert(ring.guards == Seq(0))
   }
 
   "FR-30: a guard" should "open the ring" in ring(3) { ring =>
@@ -195,12 +224,8 @@ abstract class GuardRules extends FibreCases {
     ring.runUs(40)
     assert(ring.guards == Nil) // by FR-34 it would be
     ring.nodes(0).setBit(100)
-    ring.runUs(10)
-    assert(ring.guards == Nil)
-    pulse(ring, 1, 3) // the ring latches
-    ring.await(50, "a guard")(ring.guards.nonEmpty)
-    ring.runUs(5)
-    assert(ring.nodes.indices.forall(ring.bus))
+    ring.runUs(1)
+    assert(ring.guards == Seq(0)) // it has `home`
   }
 
   "FR-34: a guard with `home` beside another guard" should "close" in ring(4) { ring =>

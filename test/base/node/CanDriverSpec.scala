@@ -2,7 +2,7 @@ package flyframe.node
 
 import flyframe.can._
 import flyframe.can.model.ModelBus
-import flyframe.fibre.RingPortsModel
+import flyframe.fibre.{RingBench, RingPortsModel}
 import flyframe.params.{CanParams, FibreParams}
 import flyframe.registers.{CanRegisters, RingRegisters}
 import flyframe.transport.BusFrame
@@ -75,6 +75,40 @@ class CanDriverSpec extends AnyFlatSpec {
       for (kbps <- Seq(1000, 500, 400, 250, 125, 100, 50, 20, 10, 5); mhz <- Seq(50, 100))
         assert(b.driver.start(9, home = false, kbps, mhz), kbps)
     }
+
+  "FR-30, FB-05: the driver in C" should "make a node guard whose ports are up, once" in {
+    val p    = FibreParams(coreClockMhz = 50, usPerMs = 1)
+    val ring = RingBench.ready(p, IndexedSeq.fill(3)(new RingPortsModel(p)), home = None, bit = 50)
+    ring.nodes.foreach(_.setBit(25, 4)) // as the driver sets it
+    val port = new CanPortModel(CanParams())
+    val driver = new DriverInC(
+      (address, count) =>
+        if (address < CanRegisters.PortStarts.head)
+          (0 until count).map(i => ring.nodes(0).read(address + i))
+        else port.read(address, count),
+      (address, bytes) => {
+        ring.runUs(0.2)
+        if (address < CanRegisters.PortStarts.head)
+          for ((b, i) <- bytes.zipWithIndex) ring.nodes(0).write(address + i, b)
+        else port.write(address, bytes)
+      }
+    )
+    try {
+      assert(ring.guards == Nil)
+      assert(driver.start(address = 9, home = true, kbps = 500, coreMhz = 50))
+      ring.runUs(2)
+      assert(ring.guards == Seq(0))
+      // A break, and the next start of the host.
+      ring.cut(1)
+      ring.runUs(10)
+      ring.dominant(2)
+      ring.runUs(10)
+      assert(ring.guards == Nil)
+      assert(driver.start(address = 9, home = true, kbps = 500, coreMhz = 50))
+      ring.runUs(2)
+      assert(ring.guards == Nil)
+    } finally driver.end()
+  }
 
   "CAN-41: the driver in C" should "send what it is given in CAN order, eight at once, and say what waits" in
     bench { b =>
