@@ -59,7 +59,7 @@ private[transport] class OutgoingModel(
     if (!closing && !open) todo = todo.dropWhile(i => slots.waits(part(i).id))
     if (closed) None
     else if (closing) Some(control(Code.Close, Seq(number, life)))
-    else if (busyUntil.nonEmpty) None
+    else if (busyUntil.nonEmpty && !toAll) None
     else if (open) Some(opening)
     else todo.headOption.map(part)
   }
@@ -127,9 +127,9 @@ private[transport] class OutgoingModel(
           None
         case Code.Busy =>
           heard(now)
-          todo = BitSet.empty
           open = false
-          val until = now + 10000L * (bytes(2) max 1)
+          if (!toAll) todo = BitSet.empty // else the others go on
+          val until = now + (10000L * (bytes(2) max 1) max (if (toAll) p.answerUs else 0))
           busyUntil = Some(busyUntil.fold(until)(_ max until))
           None
         case _ => missing(bytes, now)
@@ -170,8 +170,10 @@ private[transport] class OutgoingModel(
     if (named.isEmpty || first + named.last >= parts.size) Some(Counter.BeyondEnd)
     else {
       heard(now)
-      countAnswer()
-      if (busyUntil.isEmpty) todo ++= named.map(_ + first)
+      if (busyUntil.isEmpty || toAll) {
+        countAnswer()
+        todo ++= named.map(_ + first)
+      }
       None
     }
   }

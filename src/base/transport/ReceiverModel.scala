@@ -183,6 +183,10 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
   def data(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
     val source = known(id.source, now)
     val pipe   = source.flatMap(_.pipes.get((id.destination == 0, id.pipe)))
+    for (p <- pipe) {
+      forgetOld(p, now)
+      p.heard = now
+    }
     pipe.flatMap(_.open) match {
       case Some(m) if complete.contains(m) => counts.add(Counter.Double)
       case Some(m) =>
@@ -192,7 +196,6 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
         }
       case None =>
         counts.add(Counter.NoMessage)
-        pipe.foreach(forgetOld(_, now))
         val key = (id.source, id.destination == 0, id.pipe)
         if (answeredAt.get(key).forall(now >= _ + AnswerUs)) {
           answeredAt(key) = now
@@ -207,7 +210,6 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 
   private def accept(s: Source, pipe: Pipe, m: Incoming, n: Int, bytes: Seq[Int], now: Long): Unit = {
     s.heardAt = now
-    pipe.heard = now
     m.parts(n) = bytes
     m.hears(now)
     if (m.parts.size < m.count) {

@@ -26,7 +26,8 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
       now: Long,
       members: Set[Int]
   ): Boolean = {
-    val pipe = (0 until Sizes.ProcessData).find { n =>
+    val pipes = if (urgent) Sizes.ProcessData else Sizes.ProcessData - 1
+    val pipe = (0 until pipes).find { n =>
       !underWay.exists(m => m.destination == destination && m.pipe == n) &&
       !slots.waitsOf(destination, n) && !rests(destination, n, now)
     }

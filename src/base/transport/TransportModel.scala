@@ -64,10 +64,11 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
     clock.now = now
     departed.foreach(id => sender.left(FrameId.of(id), now))
     departed.clear()
+    sender.collect() // what an answer has ended sends nothing more, and nothing of it stays
     val stale = slots.takeBack(sender.has)
     answers.dropOld()
     val due = Seq(stale, sender.poll(now), receiver.poll(now), station.poll(now)).min
-    sender.collect() // what an answer has ended sends nothing more
+    sender.collect()
     def one = answers.queueOne(urgent = true) || sender.queueOne(urgent = true) ||
       answers.queueOne(urgent = false) || station.queueOne() || sender.queueOne(urgent = false)
     while (one) {}

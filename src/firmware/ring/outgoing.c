@@ -63,7 +63,7 @@ bool outgoing_next(const struct transport *t, struct transport_outgoing *m, stru
     frame->data[1] = life_byte(t, m);
     return true;
   }
-  if (m->waits) return false;
+  if (m->waits && m->destination != 0) return false;
   if (m->open) {
     *frame = opening(t, m);
     if (!slot_waits(t, frame->id)) return true;
@@ -84,6 +84,8 @@ void outgoing_sent(struct transport_outgoing *m) {
   else clear_bit(m->todo, (unsigned)first_todo(m));
 }
 
+static uint64_t answer_us(const struct transport *t) { return time_or_bits(t, 50000, 5000); }
+
 uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, uint64_t now_us) {
   if (m->waits && now_us < m->wait_end) return m->wait_end;
   if (m->waits) {
@@ -101,13 +103,13 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
     end_with(m, TRANSPORT_NOT_CONFIRMED); /* nobody is there who could */
     return stalled_at;
   }
-  const uint64_t answer_us = time_or_bits(t, 50000, 5000);
-  if (now_us >= m->left_at + answer_us) {
+  const uint64_t answer_end = m->left_at + answer_us(t);
+  if (now_us >= answer_end) {
     m->left_at = now_us;
     if (++m->tries == TRIES) m->closing = true;
     else m->open = true;
   }
-  return earlier(m->left_at + answer_us, stalled_at);
+  return earlier(m->left_at + answer_us(t), stalled_at);
 }
 
 static void heard(struct transport_outgoing *m, uint64_t now_us) {
@@ -140,12 +142,17 @@ static void done(struct transport_outgoing *m, uint8_t from, uint8_t result, uin
   end_with(m, any_byte(m->unconfirmed, TRANSPORT_MAP_BYTES) ? TRANSPORT_IS_REFUSED : TRANSPORT_IS_DELIVERED);
 }
 
-static void busy(struct transport_outgoing *m, uint8_t wait, uint64_t now_us) {
-  const uint64_t end = now_us + (uint64_t)(wait == 0 ? 1 : wait) * BUSY_UNIT_US;
+/* Of a message to all, those that are not busy get what they miss meanwhile. They say so T_gap behind
+ * OPEN. */
+static void busy(const struct transport *t, struct transport_outgoing *m, uint8_t wait, uint64_t now_us) {
+  uint64_t end = now_us + (uint64_t)(wait == 0 ? 1 : wait) * BUSY_UNIT_US;
+  const uint64_t answer_end = now_us + answer_us(t);
+  if (m->destination == 0 && end < answer_end) end = answer_end;
   heard(m, now_us);
   if (!m->waits || end > m->wait_end) m->wait_end = end;
   m->waits = true;
   m->open = false;
+  if (m->destination == 0) return;
   for (unsigned i = 0; i < sizeof m->todo; ++i) m->todo[i] = 0;
 }
 
@@ -161,8 +168,8 @@ static void missing(struct transport *t, struct transport_outgoing *m, const uin
     return;
   }
   heard(m, now_us);
+  if (m->waits && m->destination != 0) return;
   again(m);
-  if (m->waits) return;
   for (unsigned i = 0; first + i < behind; ++i)
     if ((map[i / 8] << i % 8 & 0x80) != 0) set_bit(m->todo, first + i);
 }
@@ -185,6 +192,6 @@ void outgoing_answer(struct transport *t, struct transport_outgoing *m, uint8_t 
   if (!good || (code == RING_UNKNOWN && is_short(m))) count(t, TRANSPORT_UNEXPECTED);
   else if (code == RING_UNKNOWN) unknown(m, now_us);
   else if (code == RING_DONE) done(m, from, bytes[3], now_us);
-  else if (code == RING_BUSY) busy(m, bytes[2], now_us);
+  else if (code == RING_BUSY) busy(t, m, bytes[2], now_us);
   else missing(t, m, bytes, now_us);
 }

@@ -197,9 +197,10 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
   struct transport_source *s = life_known(t, id->source, now_us);
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
   struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
+  forget_old(pipe, m, now_us);
+  hears_pipe(pipe, now_us); /* whatever it is good for: its sender counts what has left */
   if (m == 0) {
     count(t, TRANSPORT_NO_MESSAGE);
-    forget_old(pipe, m, now_us);
     reply_no_message(t, id, s, now_us);
   } else if (m->state == INCOMING_COMPLETE) {
     count(t, TRANSPORT_DOUBLE);
@@ -213,7 +214,6 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
     count(t, TRANSPORT_DOUBLE);
   } else {
     s->heard_at = now_us;
-    hears_pipe(pipe, now_us);
     set_bit(m->bitmap, id->number);
     copy_bytes(m->data + RING_FRAME_BYTES * id->number, f->data, f->dlc);
     hears(m, now_us);

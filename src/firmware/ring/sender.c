@@ -28,14 +28,15 @@ static bool rests(const struct transport *t, uint8_t destination, uint8_t pipe, 
          (uint16_t)(seconds(now_us) - t->left_s[destination][pipe]) < REST_S;
 }
 
-/* The lowest free pipe, or RING_PIPES. One of which a frame still waits is not free: that frame would get
- * into the next message. */
-static uint8_t free_pipe(struct transport *t, uint8_t destination, uint64_t now_us) {
+/* The lowest free pipe, or RING_PIPES; the last one is for urgent messages only. One of which a frame still
+ * waits is not free: that frame would get into the next message. */
+static uint8_t free_pipe(struct transport *t, uint8_t destination, bool urgent, uint64_t now_us) {
+  const uint8_t end = urgent ? RING_PIPES : RING_PIPES - 1;
   uint8_t pipe = 0;
-  while (pipe < RING_PIPES && (of_pipe(t, destination, pipe) || slot_waits_of(t, destination, pipe) ||
+  while (pipe < end && (of_pipe(t, destination, pipe) || slot_waits_of(t, destination, pipe) ||
                                rests(t, destination, pipe, now_us)))
     ++pipe;
-  return pipe;
+  return pipe < end ? pipe : RING_PIPES;
 }
 
 /* A number of a pipe is used. A message to all counts whatever is answered: others may not have heard it. */
@@ -60,7 +61,7 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
                     uint16_t length, const uint8_t *members, uint64_t now_us) {
   if (destination > RING_LAST_ADDRESS || destination == t->config.address) return false;
   if (length == 0 || length > TRANSPORT_MESSAGE_BYTES) return false;
-  const uint8_t pipe = free_pipe(t, destination, now_us);
+  const uint8_t pipe = free_pipe(t, destination, urgent, now_us);
   struct transport_outgoing *m = free_place(t, urgent);
   if (pipe == RING_PIPES || m == 0) return false;
   *m = (struct transport_outgoing){.used = true,

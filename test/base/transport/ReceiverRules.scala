@@ -292,13 +292,27 @@ abstract class ReceiverRules extends TransportCases {
     assert(b.hear(short(5, Seq(1))) == Seq(doneBy(5)))
     seconds(b, 19)
     assert(b.hear(parts(message(20)).head) == Seq(doneBy(5)))
-    seconds(b, 1)
+    seconds(b, 20)
     assert(b.hear(parts(message(20)).head).map(code) == Seq(Code.Unknown))
     assert(!deliver(b, 5).repeat)
     b.hear(short(6, Seq(1)))
     seconds(b, 20)
     assert(b.take().number == 6 && b.run().isEmpty)
     deliver(b, 200)
+  }
+
+  it should "not be so as long as doubles come, before and behind the host's taking" in node() { b =>
+    b.hear(open(3, message(20)) +: parts(message(20)): _*)
+    for (_ <- 1 to 30) {
+      seconds(b, 1)
+      b.hear(parts(message(20)).head)
+    }
+    assert(b.take().number == 3 && b.run() == Seq(doneBy(3)))
+    for (_ <- 1 to 30) {
+      seconds(b, 1)
+      assert(b.hear(parts(message(20)).head) == Seq(doneBy(3)))
+    }
+    assert(b.hear(open(3, message(20))) == Seq(doneBy(3)) && b.t.received.isEmpty)
   }
 
   "TB-27: answers that have waited for 1 s" should "not go any more" in node() { b =>

@@ -66,14 +66,14 @@ abstract class SenderRules extends TransportCases {
       b.t.send(tag, to, urgent, data, b.now)
     assert(!isTaken(Nil) && !isTaken(message(2049)) && !isTaken(Seq(1), to = Own))
     assert(!isTaken(Seq(1), to = 126) && !isTaken(Seq(1), to = 127))
-    assert((1 to 15).forall(n => isTaken(message(2048), tag = n))) // each pipe
-    assert(!isTaken(Seq(1), to = 24) && !isTaken(Seq(1), urgent = true))
-    assert(isTaken(Seq(1), to = 24, urgent = true, tag = 16))
-    assert(!isTaken(Seq(1), to = 25, urgent = true))
+    assert((1 to 14).forall(n => isTaken(message(2048), tag = n))) // each pipe but the last one
+    assert(!isTaken(Seq(1)) && isTaken(Seq(1), to = 24, tag = 15))
+    assert(!isTaken(Seq(1), to = 25) && isTaken(Seq(1), urgent = true, tag = 16))
+    assert(!isTaken(Seq(1), urgent = true) && !isTaken(Seq(1), to = 25, urgent = true))
     b.run()
     assert(b.hear(done(0, from = 24)).isEmpty)
-    assert(b.ended().map(_.tag) == Seq(16))
-    assert(!isTaken(Seq(1), to = 24) && isTaken(Seq(1), to = 24, urgent = true))
+    assert(b.ended().map(_.tag) == Seq(15))
+    assert(!isTaken(Seq(1), to = 25) && isTaken(Seq(1), to = 25, urgent = true))
   }
 
   "TP-02: numbers" should "count up in each pipe, from 0, mod 256" in node() { b =>
@@ -326,6 +326,17 @@ abstract class SenderRules extends TransportCases {
     assert(givesUp(100).distinct == Seq(0) && givesUp(1) == Seq(1))
   }
 
+  it should "be left for an urgent message when all others rest" in node() { b =>
+    def isTaken(urgent: Boolean) = {
+      val taken = b.t.send(9, Peer, urgent, Seq(1), b.now)
+      b.t.cancel(9)
+      b.run()
+      taken
+    }
+    for (_ <- 1 to 1400) assert(isTaken(urgent = false))
+    assert(!isTaken(urgent = false) && isTaken(urgent = true))
+  }
+
   it should "not rest while its receiver answers" in node() { b =>
     for (n <- 1 to 500) {
       assert(pipe(b.send(Seq(1))) == 0)
@@ -373,6 +384,25 @@ abstract class SenderRules extends TransportCases {
     b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(4))
     assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
     assert(b.counts == Map(Counter.Unexpected -> 2))
+  }
+
+  it should "come to the others while one member is busy" in node() { b =>
+    val busy = toAll(Code.Busy, 0, 0x87, 2)(3)
+    b.isHeld = true
+    val first = b.send(message(160), to = 0, members = Some(Set(3, 4)))
+    assert(b.hear(busy).isEmpty && first.size < 21)
+    b.isHeld = false
+    b.leave()
+    assert((first ++ b.run()).count(isData) == 20)
+    for (_ <- 1 to 250) {
+      b.hear(busy)
+      assert(b.run(ms(20)).isEmpty) // T_gap
+      assert(b.hear(toAll(Code.Missing, 0, 0x87, 1, 0x80, 0, 0, 0, 0)(4)).map(code) == Seq(1))
+      assert(b.run(ms(30) - 1).isEmpty)
+      assert(b.run(1).map(code) == Seq(Code.Open))
+    }
+    for (from <- Seq(4, 3)) b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(from))
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
   }
 
   it should "name who has not confirmed it, or refused it" in node() { b =>
