@@ -10,7 +10,7 @@ import flyframe.protocol.RingResult
   * @param destination
   *   address of the node, 0: all
   * @param sinceMs
-  *   when it was asked for, and once it has left, when it did so first, monotonic
+  *   when it was asked for, when it left first, or when the gateway had it, monotonic; the last of these
   * @param counter
   *   by which the gateway knows it, from when it is sent on
   * @param taken
@@ -97,11 +97,17 @@ final class RingOrders(timeoutMs: Int) {
     *   counter of the last one that the gateway has taken
     */
   def next(taken: Long, nowMs: Long): Option[RingOrder] = {
-    for (o <- orders if o.mayBeTaken && o.counter.exists(_ <= taken)) update(o.id)(_.copy(taken = true))
-    val busy = orders.filter(o => o.taken && o.outcome.isEmpty).map(_.destination).toSet
+    for (o <- orders if o.mayBeTaken && o.counter.exists(_ <= taken))
+      update(o.id)(_.copy(taken = true, sinceMs = nowMs))
+    val underWay = orders.filter(o => o.taken && o.outcome.isEmpty)
+    val mayLeave = orders.filter(o =>
+      o.outcome.isEmpty && o.counter.isEmpty && !underWay.exists(_.destination == o.destination) &&
+        underWay.size < (if (o.urgent) GatewayPlaces else GatewayPlaces - 1)
+    )
     orders
       .find(_.mayBeTaken)
-      .orElse(orders.find(o => o.outcome.isEmpty && o.counter.isEmpty && !busy(o.destination)))
+      .orElse(mayLeave.find(_.urgent))
+      .orElse(mayLeave.headOption)
       .filter(_.sentMs.forall(nowMs - _ >= RepeatMs))
       .map { o =>
         val since = if (o.counter.isEmpty) nowMs else o.sinceMs
@@ -153,6 +159,11 @@ object RingOrders {
   private val MostWaiting = 16
   private val MostOfNode  = 4
   private val MostShown   = 24
+
+  /** Messages that a gateway has under way at once (`RING_SERVER_ORDERS` of its program): one of these places
+    * is left to an urgent one.
+    */
+  private val GatewayPlaces = 4
 
   /** Between two sendings of a message that the gateway has not taken, ms. */
   private val RepeatMs = 200

@@ -23,7 +23,7 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
     "text"     -> (if (ring.isTold) RingText.ends(ring.ends) else "not known yet whether the ring is whole"),
     "whole"    -> (ring.isTold && ring.ends.isEmpty),
     "broken"   -> (ring.isTold && ring.ends.nonEmpty),
-    "ends" -> ring.ends.fold[ujson.Value](ujson.Null) { case (a, b) =>
+    "ends" -> ring.ends.filter(_ => ring.isTold).fold[ujson.Value](ujson.Null) { case (a, b) =>
       ujson.Arr(ujson.Num(a), ujson.Num(b))
     },
     "notices" -> texts(notices),

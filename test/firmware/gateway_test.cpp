@@ -243,8 +243,10 @@ void testReports() {
 void testBreak() {
   Bench b;
   b.start();
-  for (uint8_t n = 2; n <= 5; ++n) b.hello(n, n == 3 ? 0x04 : n == 4 ? 0x40 : 0x44);
-  b.run(120);
+  const auto broken = [&] {
+    for (uint8_t n = 2; n <= 5; ++n) b.hello(n, n == 3 ? 0x04 : n == 4 ? 0x40 : 0x44);
+  };
+  broken(), b.run(120);
   const auto find = [&](unsigned type) {
     for (const auto& p : Bench::partsOf(b.last()))
       if (p.type == type) return p.data;
@@ -252,7 +254,8 @@ void testBreak() {
   };
   check("GWB-01: a break is between the nodes with a port down",
         find(PROTOCOL_RING_PART_RING) == Bytes({3, 4}));
-  b.run(3000), b.settle();
+  for (int i = 0; i < 3; ++i) b.run(1000), broken();
+  b.settle();
   b.hello(3), b.hello(4), b.run(120);
   check("GWB-01: both up again: the ring is whole", find(PROTOCOL_RING_PART_RING) == Bytes({0, 0}));
   b.settle();
@@ -287,8 +290,23 @@ void testStartInRing() {
   broken.run(100), broken.settle();
   broken.at.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
   broken.hello(2), broken.hello(3), broken.hello(4), broken.run(300), broken.settle();
-  check("GWB-01: a controller that starts anew is a start, too",
-        told(broken) == std::vector<Bytes>({{3, 4}, {0, 0}, {1, 1}}));
+  check("GWB-01: behind a start of the controller own ports that come up are no break",
+        told(broken) == std::vector<Bytes>({{3, 4}, {0, 0}}));
+  broken.hello(4, 0x40), broken.hello(3, 0x04), broken.run(200), broken.settle();
+  check("GWB-01: but one of which others tell",
+        told(broken) == std::vector<Bytes>({{3, 4}, {0, 0}, {3, 4}}));
+
+  // Both fibres of the gateway are cut for long; meanwhile the ring breaks elsewhere.
+  Bench apart;
+  apart.start();
+  for (int i = 0; i < 4; ++i) apart.hello(2), apart.hello(9), apart.run(1000);
+  apart.at.memory[NODE_RING_PORTS] = 0, apart.run(5000), apart.settle();
+  check("GWB-01: a gateway without a port up is alone", told(apart) == std::vector<Bytes>({{0, 0}, {1, 1}}));
+  apart.at.memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
+  apart.hello(2), apart.hello(9), apart.run(900), apart.settle();
+  check("GWB-01: who was alone does not know of a break elsewhere", told(apart).size() == 2);
+  apart.hello(7, 0x04), apart.hello(8, 0x40), apart.run(200), apart.settle();
+  check("GWB-01: until it is told", told(apart) == std::vector<Bytes>({{0, 0}, {1, 1}, {7, 8}}));
 
   Bench alone;
   alone.start(), alone.run(2900);

@@ -313,8 +313,10 @@ class RingServerSpec extends AnyFlatSpec {
     assert(next(8, 300).contains((9, 4)) && next(9, 400).isEmpty)
     o.told(9, RingResult.Delivered)
     assert(!o.tick(1000) && o.tick(1001))
+    assert(ends == Seq("", "not sent in time", "done"))
+    assert(!o.tick(1300) && o.tick(1301)) // the gateway has had it since 300
     assert(ends == Seq(noResult, "not sent in time", "done"))
-    assert(o.takeEnded().map(_.id) == Seq(1, 2) && o.takeEnded().isEmpty)
+    assert(o.takeEnded().map(_.id) == Seq(2, 1) && o.takeEnded().isEmpty)
     // A result that comes late is none.
     o.told(8, RingResult.Delivered)
     assert(ends == Seq(noResult, "not sent in time", "done") && !o.tick(5000))
@@ -336,6 +338,23 @@ class RingServerSpec extends AnyFlatSpec {
     assert(next(0, 9500).contains((1, 7)))
     o.abandon()
     assert(next(0, 9600).isEmpty && o.takeEnded().size == 43)
+  }
+
+  "GWB-10: urgent messages to a ring" should "leave first, and have a place while three nodes are busy" in {
+    val o                               = new RingOrders(1000)
+    def add(node: Int, urgent: Boolean) = o.add(node, urgent, Vector(1), 0, Instant.EPOCH).isRight
+    def next(taken: Long)               = o.next(taken, 0).map(m => (m.counter.get, m.destination))
+    for (node <- 2 to 6) assert(add(node, urgent = false))
+    assert(add(7, urgent = true))
+    assert(next(0).contains((1, 7)) && next(1).contains((2, 2)) && next(2).contains((3, 3)))
+    assert(next(3).isEmpty) // the fourth place is for an urgent one
+    assert(add(8, urgent = true) && next(3).contains((4, 8)))
+    assert(add(9, urgent = true) && next(4).isEmpty)
+    o.told(3, RingResult.Delivered)
+    assert(next(4).contains((5, 9)) && next(5).isEmpty)
+    o.told(1, RingResult.Delivered)
+    o.told(4, RingResult.Delivered)
+    assert(next(5).contains((6, 4)) && next(6).isEmpty)
   }
 
   "GW-07: a break" should "be told by its two ends" in {

@@ -10,9 +10,10 @@ struct ring_picture {
   /* The addresses at both sides of a break, the one with port 2 there first: the ends of the piece in which
    * this node is. 0, 0: the ring is whole, if that is known. */
   uint8_t ends[2];
-  bool known;        /* there is a break, or each node had the time to tell of one since the last start */
+  bool known;        /* another node tells of a break, or each had the time to tell of one */
   uint32_t starts;   /* of the node's controller */
   uint64_t since_us; /* the last of these */
+  uint64_t apart_us; /* the last time that this node was alone, or the last start */
 };
 
 /* The picture is all 0 before the first look. */
