@@ -34,7 +34,7 @@ static uint8_t free_pipe(struct transport *t, uint8_t destination, bool urgent, 
   const uint8_t end = urgent ? RING_PIPES : RING_PIPES - 1;
   uint8_t pipe = 0;
   while (pipe < end && (of_pipe(t, destination, pipe) || slot_waits_of(t, destination, pipe) ||
-                               rests(t, destination, pipe, now_us)))
+                        rests(t, destination, pipe, now_us)))
     ++pipe;
   return pipe < end ? pipe : RING_PIPES;
 }
