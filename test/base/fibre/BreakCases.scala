@@ -12,6 +12,9 @@ abstract class BreakCases extends AnyFlatSpec {
   /** How many breaks at each kind of guard, of each number of senders. */
   protected def positions: Tier
 
+  /** Nodes of the RTL are slow: in `make test` they show one case of each kind, the models all. */
+  protected def isSample: Boolean = false
+
   /** Runs `body` with a ring of eight nodes that is up.
     *
     * @param home
@@ -98,7 +101,10 @@ abstract class BreakCases extends AnyFlatSpec {
     ("an elected guard that waits", false, 2)
   )
 
-  for (((name, home, first), kind) <- guards.zipWithIndex; senders <- Seq(Seq(4), Seq(2, 6))) {
+  for {
+    ((name, home, first), kind) <- guards.zipWithIndex
+    senders                     <- Seq(Seq(4), Seq(2, 6)).take(if (isSample) 1 else 2)
+  } {
     val isOne = senders.size == 1
     s"FR-31 to FR-33, FB-11: a break of a ring with $name while ${if (isOne) "one node sends"
       else "two nodes send"}" should "heal within the first frame" in {
@@ -125,11 +131,12 @@ abstract class BreakCases extends AnyFlatSpec {
   for (isHome <- Seq(true, false))
     s"FB-11: a break beside a guard${if (isHome) " at home" else ""}, in a bit that looks like FD" should
       "lose nothing" in {
-        for (at <- Seq(15.7, 15.8, 15.9)) ready(isHome, if (isHome) 2 else 8) { r =>
-          assert(
-            breaks(r, Seq(4), Nodes - 1, at, mayWait = false, s"at the guard's port 1, bit $at") == 0,
-            at
-          )
+        for (at <- if (isSample) Seq(15.8) else Seq(15.7, 15.8, 15.9)) ready(isHome, if (isHome) 2 else 8) {
+          r =>
+            assert(
+              breaks(r, Seq(4), Nodes - 1, at, mayWait = false, s"at the guard's port 1, bit $at") == 0,
+              at
+            )
         }
       }
 

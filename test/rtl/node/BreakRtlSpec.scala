@@ -22,6 +22,8 @@ object RingOfNodes {
 class BreakRtlSpec extends BreakCases {
   protected val positions: Tier = Tier("Breaks of a ring of RTL nodes", "breaks", test = 1, soak = 40)
 
+  override protected def isSample: Boolean = !Tier.isSoak
+
   protected def onRing(home: Boolean, first: Int)(body: CanOnRing => Unit): Unit =
     RingOfNodes(Option.when(home)(0), Seq.fill(8)(50L), 250, first)(body)
 }

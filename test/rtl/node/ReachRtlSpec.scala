@@ -7,7 +7,8 @@ import flyframe.params.Presets
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** CAN on a ring of RTL nodes in bus mode, pins and tones included: the corners of the table of reach from
-  * 125 kbit/s up. The golden model sends more frames there, and slower ones (`CanRingSpec`).
+  * 125 kbit/s up, in `make test` the first and the last of them. The golden model has them all, and slower
+  * ones, with more frames (`CanRingSpec`).
   */
 class ReachRtlSpec extends AnyFlatSpec {
   private val corners = Tier("Bus mode in RTL at the corners of reach", "frames", test = 2, soak = 20)
@@ -22,6 +23,7 @@ class ReachRtlSpec extends AnyFlatSpec {
   for {
     kbps  <- Reach.Rates if kbps >= 125
     count <- Reach.Nodes if Reach.metres(kbps, count) > 0
+    if Tier.isSoak || (kbps, count) == (1000, 2) || (kbps, count) == (125, 10)
     metres = Reach.metres(kbps, count).toDouble
   } {
     s"FR-38: $count RTL nodes, $metres m, $kbps kbit/s" should "arbitrate between the farthest nodes" in
