@@ -3,7 +3,7 @@ package flyframe.fibre
 import flyframe.params.FibreParams
 import flyframe.registers.RingRegisters._
 
-/** The golden model of both ports and the bus mode of a node, behind their registers. */
+/** The golden model of both ports and the bus mode of a node, behind their registers (FB-18). */
 class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
   private val port1  = new OpticalPortModel(p)
   private val port2  = new OpticalPortModel(p)

@@ -37,7 +37,7 @@ class Guard extends Module {
 
   // Reset: nobody is guard. A guard's ports are up.
   private val isGuard   = RegInit(false.B)
-  private val isWaiting = RegInit(false.B) // to close, as guard; what begins and what ends it last 1.5 T
+  private val isWaiting = RegInit(false.B) // to close, as guard, behind 1.5 T of difference
   private val wasUp2    = RegInit(false.B) // port 2 has been up
   when(coming(1)) { wasUp2 := true.B }
 

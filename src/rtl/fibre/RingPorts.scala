@@ -83,13 +83,13 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   for ((port, n) <- ports.zipWithIndex) {
     port.rx       := rx(n)
     tx(n)         := port.tx
-    port.optical  := optical(n) && !front.ring.stuck(n)
+    port.optical  := optical(n) && !front.ring.stuck(n) // stuck is no signal (FR-63, FB-18)
     port.time     := portClock
     port.off      := front.control.off
     port.upMs     := front.control.upMs
     port.send     := Mux(isBus, ring.send(n), inRelay(n)(_.send))
     ring.up(n)    := port.report.up
-    ring.level(n) := port.report.level || !isBus // then nobody is guard, and no latch is found
+    ring.level(n) := port.report.level || !isBus        // then nobody is guard, and no latch is found
     for (r <- relay) {
       r.up(n)    := port.report.up
       r.level(n) := port.report.level

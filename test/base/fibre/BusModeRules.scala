@@ -2,7 +2,7 @@ package flyframe.fibre
 
 import flyframe.registers.RingRegisters
 
-/** Rules of the modes (FR-20 to FR-22, FR-31, FR-35, FR-37, FB-05, FB-08). */
+/** Rules of the modes (FR-20 to FR-22, FR-31, FR-35, FR-37, FB-05, FB-08, FB-18). */
 abstract class BusModeRules extends FibreCases {
 
   /** Nodes that hear dominant when node `n` sends it for a while. */

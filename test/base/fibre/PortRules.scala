@@ -2,7 +2,7 @@ package flyframe.fibre
 
 import flyframe.registers.RingRegisters
 
-/** Rules of the ports (FR-10 to FR-15, FB-02 to FB-07). */
+/** Rules of the ports (FR-10 to FR-15, FB-02 to FB-07, FB-16). */
 abstract class PortRules extends FibreCases {
 
   /** Light as pulses of `high` ns, one each `period` ns. */

@@ -21,7 +21,7 @@ class RtlAgainstModelSpec extends AnyFlatSpec {
 
   for (p <- all) {
     val name = s"${p.coreClockMhz} MHz, demodulator ${p.demodulator}, search ${p.toneSearchKhz} kHz"
-    s"FR-10 to FR-37, FB-01 to FB-13: a node at $name" should "do what the model does, in each cycle" in {
+    s"FR-10 to FR-37, FB-01 to FB-18: a node at $name" should "do what the model does, in each cycle" in {
       val size = tier.size / all.size
       val seed = 10L * p.coreClockMhz + p.demodulator + (if (p.toneSearchKhz == 5000) 0 else 5)
       tier.run(name, size, Some(seed)) {
