@@ -59,7 +59,7 @@ def floor(name: String): Seq[Setting[_]] = {
     runMain / aggregate  := false,
     Test / fork          := true,
     Test / javaOptions ++= Seq("-Xmx6g", "-XX:+UseParallelGC"),
-    Test / envVars += "OBJCACHE" -> (root.value / "test" / "objcache").toString,
+    Test / envVars += "OBJCACHE" -> (root.value / "src" / "sim" / "objcache").toString,
     // Verilated benches run no slower than with Verilator's -Os, and compile in two thirds of the time.
     Test / envVars += "MAKEFLAGS" -> "OPT_FAST=-O1",
     Test / testForkedParallel     := true,

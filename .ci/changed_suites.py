@@ -12,7 +12,8 @@ import sys
 
 # The first pattern that matches a path decides: folders of suites, then make targets; "*" is every suite.
 OTHERS = [
-    (r"(build\.sbt|project/.*|test/objcache)$", ["*"], []),
+    (r"(build\.sbt|project/.*)$", ["*"], []),
+    (r"src/sim/objcache$", ["*"], ["cosim-selftest", "firmware-test"]),
     (r"src/firmware/(driver|slave)/|test/firmware/stack/", ["firmware", "e2e"], ["firmware-test"]),
     (r"src/firmware/ring/|test/firmware/ring/", ["transport", "ring"], []),
     (r"src/firmware/node/|test/firmware/node/", ["node", "ring"], []),

@@ -30,7 +30,8 @@ flock 9
 
 # compile FLAGS: the model, as it has been Verilated
 compile() {
-  ${MAKE:-make} -s -C "$model" -f "V$top.mk" OPT_FAST="$COSIM_OPT $*" OPT_SLOW=-O0 "V${top}__ALL.a" \
+  ${MAKE:-make} -s -C "$model" -f "V$top.mk" OBJCACHE="$(cd "$SIM" && pwd)/objcache" \
+    OPT_FAST="$COSIM_OPT $*" OPT_SLOW=-O0 "V${top}__ALL.a" \
     >/dev/null
 }
 # The adapter depends on the description of the preset and on the type it implements, too.

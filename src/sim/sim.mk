@@ -96,8 +96,9 @@ $(SIM_OBJ)/runtime/%.o: $(VERILATOR_INC)/%.cpp
 	$(call compile,$(CXX) $(RUNTIME_FLAGS))
 # Arguments, files, control lines: no simulated cycle waits for these, but their libraries take long to
 # compile.
-WAITED_FOR_ONCE := alarm/main fuzz/main hosts/main network/main ring/main core/network_file \
-                   ring/network_file ring/bench
+WAITED_FOR_ONCE := $(patsubst %,%/main,alarm faults fuzz hosts latency network ring smsoak) \
+                   core/network_file ring/network_file ring/bench ring/doors alarm/network alarm/flood \
+                   hosts/suite
 $(SIM_OBJ)/%.o: $(SIM)/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS) $(if $(filter $(WAITED_FOR_ONCE),$*),-O0))
 $(SIM_OBJ)/%.o: $(SIM)/%.c

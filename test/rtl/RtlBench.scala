@@ -31,7 +31,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   /** Back to the state after power-on, all links up; an EEPROM holds zeros with a right checksum. */
   def reset(): Unit = if (p.hasI2c) {
     powerOn(EepromImage())
-    if (p.isDigitalIo) while (!dut.eepromLoaded.get.peek().litToBoolean) idle(100)
+    if (p.isDigitalIo) while (!dut.eepromLoaded.get.peekBoolean()) idle(100)
     else while ((hostRead(0x0503) & 0x80) != 0) idle(100)
   } else restart()
 
@@ -101,7 +101,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     advance(1)
   }
 
-  private def look(): Unit = seen = Seen(dut.seen.peek().litValue.toLong)
+  private def look(): Unit = seen = Seen(dut.seen.peekInt().toLong)
 
   /** Core cycles in which nothing is looked at. */
   private def skip(by: Int): Unit = {
@@ -190,14 +190,14 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def advanceUs(us: Int): Unit = {
     idle(us * 25)
-    dut.phys.foreach(control => assert(!control.collided.peek().litToBoolean, "both ends drive MDIO"))
+    dut.phys.foreach(control => assert(!control.collided.peekBoolean(), "both ends drive MDIO"))
   }
 
   private def digital           = dut.digital.get
   def damage(): Unit            = dut.damaged.foreach(_.poke(true))
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
-    Option.when(digital.output_driven.get.peek().litToBoolean)(digital.output.get.peek().litValue.toInt)
+    Option.when(digital.output_driven.get.peekBoolean())(digital.output.get.peekInt().toInt)
   def setDigitalInputs(levels: Int): Unit =
     digital.input.get.poke(BigInt(levels) & ((BigInt(1) << 8 * p.digitalInputs) - 1))
   def setInputLatch(level: Boolean): Unit = {
@@ -208,13 +208,13 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     digital.output_enable.get.poke(level)
     idle(4)
   }
-  def generalOutputs: BigInt = dut.general.get.output.get.peek().litValue
+  def generalOutputs: BigInt = dut.general.get.output.get.peekInt()
   def setGeneralInputs(levels: BigInt): Unit = {
     dut.general.get.input.get.poke(levels)
     idle(4) // they cross
   }
-  def interrupt: Boolean         = dut.irq.peek().litToBoolean
-  def syncLevel(n: Int): Boolean = dut.clockSignals.get.sync(n).peek().litToBoolean
+  def interrupt: Boolean         = dut.irq.peekBoolean()
+  def syncLevel(n: Int): Boolean = dut.clockSignals.get.sync(n).peekBoolean()
   def setLatch(n: Int, level: Boolean): Unit = {
     dut.clockSignals.get.latch(n).poke(level)
     idle(40) // it crosses, and its time is taken
@@ -237,7 +237,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     }
     def get(phy: Int, register: Int): Int = {
       point(phy, register)
-      control.value.peek().litValue.toInt
+      control.value.peekInt().toInt
     }
     def set(phy: Int, register: Int, value: Int): Unit = {
       point(phy, register)
@@ -252,9 +252,9 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def resetRequested: Boolean = {
     step() // the request stands in a register
-    dut.resetRequest.exists(_.peek().litToBoolean)
+    dut.resetRequest.exists(_.peekBoolean())
   }
-  def phyResets: Int = dut.phyResetsN.fold(0)(n => ~n.peek().litValue.toInt & (1 << p.ports) - 1)
+  def phyResets: Int = dut.phyResetsN.fold(0)(n => ~n.peekInt().toInt & (1 << p.ports) - 1)
 
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {
@@ -275,7 +275,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
       step()
       waited += 1
     }
-    val result = dut.host.rdata.peek().litValue
+    val result = dut.host.rdata.peekInt()
     step()
     dut.host.req.poke(false)
     step()

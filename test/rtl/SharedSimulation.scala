@@ -6,7 +6,7 @@ import scala.util.Using
 import chisel3._
 import chiseltest._
 import chiseltest.internal.CachingAnnotation
-import chiseltest.simulator.{VerilatorBackendAnnotation, VerilatorFlags}
+import chiseltest.simulator.VerilatorFlags
 import firrtl2.AnnotationSeq
 import firrtl2.options.TargetDirAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
@@ -26,7 +26,7 @@ object Simulation {
     val name   = suite.getClass.getSimpleName.stripSuffix("$")
     val folder = Paths.get("test_run_dir", name, title.replaceAll("[^A-Za-z0-9]+", "-"))
     forgetUnfinished(folder)
-    Seq(VerilatorBackendAnnotation, oneFile, CachingAnnotation, TargetDirAnnotation(folder.toString))
+    Seq(DirectSimulation, oneFile, CachingAnnotation, TargetDirAnnotation(folder.toString))
   }
 
   /** The C++ of a model in one file: of many, each would take longer to read Verilator's headers than to
@@ -41,8 +41,10 @@ object Simulation {
   private def forgetUnfinished(folder: Path): Unit = {
     val hash = folder.resolve("caching.hash")
     if (Files.exists(hash)) {
-      val built = Using.resource(Files.walk(folder.resolve("verilated"), 1))(_.iterator.asScala.toVector)
-      val times = built.filter(Files.isRegularFile(_)).map(Files.getLastModifiedTime(_))
+      val files = Using.resource(Files.walk(folder.resolve("verilated"), 1))(_.iterator.asScala.toVector)
+      // Each simulation runs a copy of the program, with a number behind its name.
+      val built = files.filter(f => Files.isRegularFile(f) && !f.toString.matches(".*_\\d+"))
+      val times = built.map(Files.getLastModifiedTime(_))
       if (times.isEmpty || times.exists(_.compareTo(Files.getLastModifiedTime(hash)) > 0)) Files.delete(hash)
     }
   }

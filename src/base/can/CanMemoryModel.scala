@@ -1,6 +1,6 @@
 package flyframe.can
 
-import flyframe.registers.{CanRegisters, Register, Source}
+import flyframe.registers.{CanRegisters, Field, Register, Source}
 
 /** The register map of a port as bytes: what is stored there, and the status that the port puts between
   * (CB-11, CB-12). Whatever stands in no register reads 0 and ignores writes.
@@ -23,6 +23,13 @@ class CanMemoryModel(registers: Seq[Register]) {
 
   private val writable: Array[Int] =
     byAddress.zipWithIndex.map { case (r, a) => r.fold(0)(bitsOf(_, a, isStored = true)) }
+
+  /** The fields that are not stored, of each byte. */
+  private val shown: Array[Seq[Field]] = byAddress.zipWithIndex.map { case (r, a) =>
+    r.toSeq
+      .flatMap(r => r.fields.filter(f => (f.mask >> 8 * (a - r.address) & 0xff) != 0))
+      .filterNot(f => CanMemoryModel.isStored(f.source))
+  }
 
   /** The register with the byte at `address`. */
   def register(address: Int): Option[Register] = byAddress.lift(address).flatten
@@ -57,8 +64,7 @@ class CanMemoryModel(registers: Seq[Register]) {
 
   /** A byte of a register, of which `status` gives the fields that are not stored. */
   def read(r: Register, address: Int, status: String => BigInt): Int = {
-    val shown = r.fields.filterNot(f => CanMemoryModel.isStored(f.source))
-    val value = shown.map(f => status(f.name) << f.low).sum
+    val value = shown(address).map(f => status(f.name) << f.low).sum
     stored(address) | (value >> 8 * (address - r.address) & 0xff).toInt
   }
 }

@@ -11,6 +11,8 @@
 
 namespace {
 constexpr size_t kStack = 256 * 1024;
+// A program does within this time what it does behind a delay.
+constexpr Time kReaction = 100 * kUs;
 }
 
 Host::Host() : stack_(new char[kStack]) {}
@@ -58,6 +60,28 @@ void Host::sleepNs(double ns) {
   wakeAt_ = slave_->cycles() + std::max<uint64_t>(1, std::llround(ns * kNs / slave_->corePeriod()));
   suspend();
 }
+
+void Host::delayNs(double ns) {
+  delays_ = true, credit_ = 0;
+  sleepNs(ns);
+  delays_ = false;
+  reactsUntil_ = slave_->cycles() + kReaction / slave_->corePeriod();
+}
+
+Time Host::delayLeft() const {
+  if (!delays_) return kNever;
+  if (slave_->cycles() >= wakeAt_) return 0;
+  return static_cast<Time>(wakeAt_ - slave_->cycles()) * slave_->corePeriod() - credit_;
+}
+
+void Host::skipped(Time t) {
+  if (!delays_) return;
+  credit_ += std::min(t, delayLeft());
+  wakeAt_ -= credit_ / slave_->corePeriod();
+  credit_ %= slave_->corePeriod();
+}
+
+bool Host::reacts() const { return slave_->hostBusy() || slave_->cycles() < reactsUntil_; }
 
 uint32_t Host::access(uint16_t addr, bool write, uint32_t data, unsigned lanes) {
   slave_->hostAccess(addr, write, data, lanes);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/ethernet.h"
+#include "core/simulator.h"
 
 class Slave;
 
@@ -26,6 +27,12 @@ class Host {
   uint64_t wakeAt() const { return wakeAt_; }
   // Runs the program until it waits for something.
   void resume();
+  // How long the program still delays; kNever if it does not.
+  Time delayLeft() const;
+  // Idle time was skipped, which counts for a delay.
+  void skipped(Time t);
+  // It accesses the slave, or a delay has just ended: time that must not be skipped.
+  bool reacts() const;
 
   // What somebody at the bench tells the program; the answer, or a UserError.
   virtual std::string command(const std::vector<std::string>& words) = 0;
@@ -45,6 +52,8 @@ class Host {
     write(addr, {static_cast<uint8_t>(value), static_cast<uint8_t>(value >> 8)});
   }
   void sleepNs(double ns);
+  // The same, where idle time that is skipped counts.
+  void delayNs(double ns);
   Slave& slave() { return *slave_; }
 
  private:
@@ -54,7 +63,9 @@ class Host {
   void suspend();
 
   Slave* slave_ = nullptr;
-  uint64_t wakeAt_ = 0;
+  uint64_t wakeAt_ = 0, reactsUntil_ = 0;
+  bool delays_ = false;
+  Time credit_ = 0;  // skipped within a delay, less than a core cycle
   bool started_ = false, stopping_ = false, ended_ = false;
   std::exception_ptr error_;
   std::unique_ptr<char[]> stack_;

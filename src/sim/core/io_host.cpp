@@ -100,7 +100,7 @@ void IoHost::run() {
 }
 
 void IoHost::delay() {
-  if (delayNs_ > 0) sleepNs(delayNs_);
+  if (delayNs_ > 0) delayNs(delayNs_);
 }
 
 // SyncManager 0 holds a message of the master; the answer goes into SyncManager 1.

@@ -177,8 +177,19 @@ bool Network::quiet() const { return quietFor() > quietAfter_; }
 bool Network::idle() const {
   if (quietFor() <= settle_) return false;
   return std::none_of(slaves_.begin(), slaves_.end(), [&](auto& s) {
-    return s->eeprom() && sim_.now() - s->eeprom()->lastActive() < kEepromSettle;
+    return (s->eeprom() && sim_.now() - s->eeprom()->lastActive() < kEepromSettle) ||
+           (s->host() && s->host()->reacts());
   });
+}
+
+// Skipping shifts all clocks by the same time: the slaves stand still meanwhile, as if frozen. The delays of
+// host programs go on.
+void Network::skip(int64_t ns) {
+  for (auto& s : slaves_)
+    if (s->host()) ns = std::min<int64_t>(ns, s->host()->delayLeft() / kNs);
+  for (auto& s : slaves_)
+    if (s->host()) s->host()->skipped(ns * kNs);
+  skippedNs_ += ns;
 }
 
 void Network::idleUntil(int64_t ns) {
@@ -210,8 +221,7 @@ void Network::change() {
 }
 
 void Network::step(int64_t wakeNs) {
-  // Skipping shifts all clocks by the same time: the slaves stand still meanwhile, as if frozen.
-  if (options_.skipIdle && wakeNs > ns() && idle()) skippedNs_ += wakeNs - ns();
+  if (options_.skipIdle && wakeNs > ns() && idle()) skip(wakeNs - ns());
   if (sim_.now() >= nextChange_) change();
   sim_.step();
 }

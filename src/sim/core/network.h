@@ -64,6 +64,7 @@ class Network {
     double mean, height, seconds, phase;
   };
   Time quietFor() const;
+  void skip(int64_t ns);
   void addSlave(const SlaveSpec& spec, Time phase);
   void powerUp(const std::vector<SlaveSpec>& specs);
   // What changes by itself: links and crystals.

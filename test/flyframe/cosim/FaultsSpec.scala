@@ -10,7 +10,7 @@ class FaultsSpec extends AnyFlatSpec {
   private val harness = new Harness("faults", TestSets.faults)
 
   private val tier =
-    Tier("Five slaves behind cables that fail, in OP", "cycles of the master", test = 1200, soak = 40000)
+    Tier("Five slaves behind cables that fail, in OP", "cycles of the master", test = 500, soak = 40000)
   private val Seed = 1L
 
   private def run(part: String, weight: Long, more: String*): Unit = {

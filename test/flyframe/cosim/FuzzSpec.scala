@@ -16,7 +16,7 @@ class FuzzSpec extends AnyFlatSpec {
   private val option  = if (Tier.isSoak) "COSIM_OPT=-Os" else "COSIM_OPT=-O1"
   private val harness = new Harness("fuzz", plan.map(_._1), option)
 
-  private val tier = Tier("random frames, RTL against the model", "frames", test = 10000, soak = 300000)
+  private val tier = Tier("random frames, RTL against the model", "frames", test = 5000, soak = 300000)
   private val Seed = 20261121L
 
   for ((p, weight) <- plan) {

@@ -84,8 +84,8 @@ final class Harness(name: String, sets: Seq[EscParams], options: String*) {
     text.linesIterator.toSeq.last
   }
 
-  /** Replays a recording through a network; what the program says. Idle time is skipped behind `settleUs`. */
-  def replay(network: Path, recording: Path, result: Path, settleUs: Int = 4): String =
+  /** Replays a recording through a network; what the program says. Idle time is skipped. */
+  def replay(network: Path, recording: Path, result: Path): String =
     run(
       cosimProgram,
       "--network",
@@ -93,9 +93,7 @@ final class Harness(name: String, sets: Seq[EscParams], options: String*) {
       "--replay",
       recording.toString,
       "--out",
-      result.toString,
-      "--settle-us",
-      settleUs.toString
+      result.toString
     )
 
   /** Random accesses of bus and host to the SyncManagers of one of the sets; what the program says. */

@@ -10,7 +10,7 @@ import flyframe.params.EscParams
 class HostPinsSpec extends AnyFlatSpec {
   private val sets    = if (Tier.isSoak) HostPinSets.all else HostPinSets.short
   private val harness = new Harness("hosts", sets, "COSIM_OPT=-O1")
-  private val tier    = Tier("Hosts at their pins, good and bad", "accesses", test = 6000, soak = 1700000)
+  private val tier    = Tier("Hosts at their pins, good and bad", "accesses", test = 2000, soak = 1700000)
   private val Seed    = 1L
 
   for (p <- sets) {

@@ -21,10 +21,10 @@ import flyframe.rules.{
 /** Parameter sets of all kinds elaborate, lint clean, and behave as the model does in the rule tests (which
   * assert on the model) and in random frames.
   *
-  * In `make test` a sample in which each pair of values of two parameters stands, and what its pairs leave
-  * out ([[flyframe.TestSets.besidePairs]]). In `make soak` also every point of {dataBusWidth 8, 16, 32} x
-  * {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x SyncManagers 0 to
-  * 16, and alarm slaves ([[flyframe.TestSets.matrix]]).
+  * In `make test` a sample in which each pair of values of two parameters stands, of which a third is
+  * compiled, and what its pairs leave out ([[flyframe.TestSets.besidePairs]]). In `make soak` also every
+  * point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16},
+  * FMMUs 0 to 16 x SyncManagers 0 to 16, and alarm slaves ([[flyframe.TestSets.matrix]]).
   */
 class MatrixSpec extends AnyFlatSpec {
   private val plain = FrameRules.all ++ PortRules.all
@@ -47,13 +47,19 @@ class MatrixSpec extends AnyFlatSpec {
   private val frames = Tier("random frames per parameter set", "frames", test = 100, soak = 400)
   private val points = if (Tier.isSoak) whole else sample
 
-  // Nobody waits for frames here, but for the compiler.
-  private val harness = new Harness("matrix", points, "COSIM_OPT=-O1")
+  // Nobody waits for frames here, but for the compiler: of the pairs one set in three is compiled in
+  // `make test`.
+  private val (played, emittedOnly) =
+    points.partition(p => Tier.isSoak || TestSets.sample.indexOf(p) % 3 <= 0)
+  private val harness = new Harness("matrix", played, "COSIM_OPT=-O1")
+  private val others  = new Harness("matrix-others", emittedOnly)
 
   s"The ${points.size} parameter sets" should "elaborate and lint clean" in {
     tier.run("elaborated, linted", points.size) {
-      harness.emitted
-      assert(harness.lint().linesIterator.toSeq.last == s"${points.size} passed, 0 failed")
+      for ((h, sets) <- Seq(harness -> played, others -> emittedOnly) if sets.nonEmpty) {
+        h.emitted
+        assert(h.lint().linesIterator.toSeq.last == s"${sets.size} passed, 0 failed")
+      }
     }
   }
 
@@ -73,7 +79,7 @@ class MatrixSpec extends AnyFlatSpec {
   }
 
   // The vectors know no EEPROM.
-  for (p <- points if !p.hasSii)
+  for (p <- played if !p.hasSii)
     s"Parameter set ${p.preset}" should s"pass ${rules(p).size} rule tests and random frames" in {
       val count = frames.size.toInt * (if (p.hasAlarm) 3 else 1)
       val last  = frames.run(p.preset, count, Some(p.hashCode))(play(p, count))

@@ -11,7 +11,7 @@ class SmSoakSpec extends AnyFlatSpec {
   private val harness = new Harness("smsoak", plan.map(_._1))
 
   private val tier =
-    Tier("SyncManagers between bus and host, at random", "steps", test = 500000, soak = 20000000)
+    Tier("SyncManagers between bus and host, at random", "steps", test = 200000, soak = 20000000)
   private val Seed = 1L
 
   for ((p, weight) <- plan) {

@@ -8,7 +8,7 @@ import flyframe.Tier
 /** The slave stack (src/firmware/slave): its tests against a fake controller in C++, and its size. */
 class StackSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Mutated mailbox messages into the slave stack", "messages", test = 20000, soak = 1000000)
+    Tier("Mutated mailbox messages into the slave stack", "messages", test = 5000, soak = 1000000)
   private val Seed = 1L
 
   private def run(command: String*): (Int, String) = {

@@ -23,7 +23,7 @@ class TimingPicturesSpec extends AnyFlatSpec with ChiselScalatestTester {
     def cycle(): Unit = {
       for (((name, pin), i) <- pins.zipWithIndex) {
         values(i) += pin.asInstanceOf[Bits].peek().litValue
-        drives(i) += driven.get(name).forall(_.peek().litToBoolean)
+        drives(i) += driven.get(name).forall(_.peekBoolean())
       }
       dut.clock.step()
     }
@@ -80,12 +80,12 @@ class TimingPicturesSpec extends AnyFlatSpec with ChiselScalatestTester {
     pins.byteenable.poke(1)
     pins.writedata.poke(0xa5)
     pins.write.poke(true)
-    r.until(!pins.waitrequest.peek().litToBoolean)
+    r.until(!pins.waitrequest.peekBoolean())
     r.cycle()
     pins.write.poke(false)
     pins.writedata.poke(0)
     pins.read.poke(true)
-    r.until(!pins.waitrequest.peek().litToBoolean)
+    r.until(!pins.waitrequest.peekBoolean())
     pins.readdata.expect(0xa5)
     r.cycle()
     pins.read.poke(false)
@@ -118,7 +118,7 @@ class TimingPicturesSpec extends AnyFlatSpec with ChiselScalatestTester {
       pins.adr.poke(Address)
       pins.sel.poke(1)
       pins.dat_w.poke(if (write) 0xa5 else 0)
-      r.until(pins.ack.peek().litToBoolean)
+      r.until(pins.ack.peekBoolean())
       if (!write) pins.dat_r.expect(0xa5)
       r.cycle()
       strobe(false)
@@ -158,18 +158,18 @@ class TimingPicturesSpec extends AnyFlatSpec with ChiselScalatestTester {
     pins.wstrb.poke(15)
     pins.awvalid.poke(true)
     pins.wvalid.poke(true)
-    r.until(pins.awready.peek().litToBoolean && pins.wready.peek().litToBoolean)
+    r.until(pins.awready.peekBoolean() && pins.wready.peekBoolean())
     r.cycle()
     pins.awvalid.poke(false)
     pins.wvalid.poke(false)
-    r.until(pins.bvalid.peek().litToBoolean)
+    r.until(pins.bvalid.peekBoolean())
     r.cycle()
     pins.araddr.poke(Address)
     pins.arvalid.poke(true)
-    r.until(pins.arready.peek().litToBoolean)
+    r.until(pins.arready.peekBoolean())
     r.cycle()
     pins.arvalid.poke(false)
-    r.until(pins.rvalid.peek().litToBoolean)
+    r.until(pins.rvalid.peekBoolean())
     pins.rdata.expect(data)
     r.cycles(3)
     r
@@ -190,7 +190,7 @@ class TimingPicturesSpec extends AnyFlatSpec with ChiselScalatestTester {
       "busy"  -> pins.busy
     )
     val r                   = new Recorder(dut, all, Map("d_out" -> pins.d_drive, "busy" -> pins.busy_drive))
-    def isBusy              = pins.busy_drive.peek().litToBoolean && !pins.busy.peek().litToBoolean
+    def isBusy              = pins.busy_drive.peekBoolean() && !pins.busy.peekBoolean()
     def reads(on: Boolean)  = pins.rd.poke(on == (p.busReadHigh == 1))
     def enable(on: Boolean) = pins.be.poke(if (on == (p.busByteEnableHigh == 1)) 1 else 0)
     def rest(): Unit = {

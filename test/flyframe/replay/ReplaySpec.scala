@@ -98,14 +98,11 @@ class ReplaySpec extends AnyFlatSpec {
     Recording.tshark(file, Seq("-Y", Recording.Wrong) ++ fields: _*).distinct
   }
 
-  /** `outsideEvent`: frames with an event in their IRQ field whose cause is not in the recording. `settleUs`:
-    * idle time longer than that is skipped.
-    */
+  /** `outsideEvent`: frames with an event in their IRQ field whose cause is not in the recording. */
   private def replay(
       name: String,
       members: Seq[Member],
-      outsideEvent: Range = 0 until 0,
-      settleUs: Int = 4
+      outsideEvent: Range = 0 until 0
   ): Unit =
     s"Recording $name" should "come back as from the silicon" in {
       val recording        = Recordings.file(s"$name.pcapng")
@@ -114,7 +111,7 @@ class ReplaySpec extends AnyFlatSpec {
       val expected         = Recording.pair(sent, answered)
       val line             = new Line(members.size, expected)
       val result           = folder.resolve(s"$name.pcap")
-      harness.replay(network(name, members, line), recording, result, settleUs)
+      harness.replay(network(name, members, line), recording, result)
 
       val returned = Recording.read(result)
       val actual   = Recording.pair(sent, returned)
@@ -193,8 +190,7 @@ class ReplaySpec extends AnyFlatSpec {
               .mkString(", ")}]"""
         }
       )
-    ),
-    settleUs = 20000
+    )
   )
   private val three = Seq(
     Member(ek1100, _ => file("ek1100.bin")),

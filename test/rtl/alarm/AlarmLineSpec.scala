@@ -91,7 +91,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
 
     private def slot(): Unit = {
       dut.clock.step()
-      if (dut.txEn.peek().litToBoolean) back :+= dut.txd.peek().litValue.toInt
+      if (dut.txEn.peekBoolean()) back :+= dut.txd.peekInt().toInt
     }
     def idle(slots: Int): Unit = (1 to slots).foreach(_ => slot())
     private def access(slave: Int, address: Int, write: Boolean, byte: Int): Int = {
@@ -101,8 +101,8 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       host.wdata.poke(byte)
       host.be.poke(1)
       host.req.poke(true)
-      while (!host.ack.peek().litToBoolean) slot()
-      val result = host.rdata.peek().litValue.toInt
+      while (!host.ack.peekBoolean()) slot()
+      val result = host.rdata.peekInt().toInt
       host.req.poke(false)
       slot()
       result
@@ -137,7 +137,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
         slot()
       }
       dut.rxDv.poke(false)
-      do idle(100) while (dut.txEn.peek().litToBoolean)
+      do idle(100) while (dut.txEn.peekBoolean())
       idle(100)
       val came     = SentFrame(back.indexOf(0xd), back.drop(back.indexOf(0xd) + 1))
       val expected = model.send(forModel).get

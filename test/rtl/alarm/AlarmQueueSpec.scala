@@ -60,8 +60,8 @@ class QueueBench(depth: Int) extends Module {
 }
 
 class AlarmQueueSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool)     = b.peek().litToBoolean
-  private def number(n: UInt) = n.peek().litValue.toInt
+  private def is(b: Bool)     = b.peekBoolean()
+  private def number(n: UInt) = n.peekInt().toInt
 
   /** What is on offer, as the appender reads it. */
   private case class Offer(sequence: Int, state: Int, epoch: Int, time: Long) {
@@ -310,7 +310,7 @@ class AlarmQueueSpec extends AnyFlatSpec with SharedSimulation {
     },
     "ALARM-02: a record has the time of its change, also where the low word of the time is over" -> { dut =>
       val driver  = new Driver(dut)
-      def elapsed = dut.elapsed.peek().litValue.toLong
+      def elapsed = dut.elapsed.peekInt().toLong
       for (offset <- -16 to 4) { // to the carry, in cycles
         dut.clock.step((((elapsed >> 16) + 1 << 16) - elapsed + offset).toInt)
         val before = elapsed

@@ -98,9 +98,9 @@ class AlarmUnitSpec extends AnyFlatSpec with SharedSimulation {
       dut.clock.step()
       signal.poke(false)
     }
-    def has(bit: Int): Boolean    = (dut.status.peek().litValue.toInt & bit) != 0
-    def is(signal: Bool): Boolean = signal.peek().litToBoolean
-    def number(signal: UInt): Int = signal.peek().litValue.toInt
+    def has(bit: Int): Boolean    = (dut.status.peekInt().toInt & bit) != 0
+    def is(signal: Bool): Boolean = signal.peekBoolean()
+    def number(signal: UInt): Int = signal.peekInt().toInt
   }
 
   together("2 MHz", new AlarmUnderTest(p))(

@@ -56,7 +56,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
     private var payload     = Vector.empty[Int]
     private var start       = -1
     var sent                = Vector.empty[Sent]
-    private def is(b: Bool) = b.peek().litToBoolean
+    private def is(b: Bool) = b.peekBoolean()
     added.flatMap(b => Seq(b & 0xf, b >> 4)).zipWithIndex.foreach { case (n, i) => dut.datagram(i).poke(n) }
     dut.pending.poke(false)
 
@@ -64,7 +64,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
       val o = dut.out
       if (is(o.valid)) {
         if (start < 0) start = slot
-        val data = o.data.peek().litValue.toInt
+        val data = o.data.peekInt().toInt
         assert(!is(o.end))
         if (is(o.payload)) payload :+= data
       } else if (is(o.end)) {

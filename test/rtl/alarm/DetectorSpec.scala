@@ -36,8 +36,8 @@ class DetectorUnderTest(coreClockMhz: Int) extends Module {
 
 /** A smoke detector: its supply, and what becomes of a line that does not come to rest. */
 class DetectorSpec extends AnyFlatSpec with SharedSimulation {
-  private def on(dut: DetectorUnderTest)    = dut.supply.peek().litToBoolean
-  private def state(dut: DetectorUnderTest) = dut.state.peek().litValue.toInt
+  private def on(dut: DetectorUnderTest)    = dut.supply.peekBoolean()
+  private def state(dut: DetectorUnderTest) = dut.state.peekInt().toInt
   private def start(dut: DetectorUnderTest, debounce: Int, ms: Int = 0): Unit = {
     dut.current.poke(Line.current(Normal))
     dut.restart.poke(false)
@@ -89,7 +89,7 @@ class DetectorSpec extends AnyFlatSpec with SharedSimulation {
     start(dut, Debounce)
     dut.clock.step(100 * Debounce + 100)
     assert(state(dut) == Normal)
-    while (!dut.tick.peek().litToBoolean) dut.clock.step()
+    while (!dut.tick.peekBoolean()) dut.clock.step()
     dut.clock.step(2)
     check(new Chatter(dut))
   }

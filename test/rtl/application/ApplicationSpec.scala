@@ -38,7 +38,7 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
     /** The stored value of a field, what another unit shows in one, and what this one does. */
     def value(field: String, value: Int): Unit  = poke(dut.value(field), value)
     def others(field: String, value: Int): Unit = poke(dut.others(field), value)
-    def shows(field: String): Boolean           = dut.status.uint(field).peek().litValue == 1
+    def shows(field: String): Boolean           = dut.status.uint(field).peekInt() == 1
     def al(state: Int): Unit                    = value("al_status", state)
     def dl(state: Int): Unit = for (
       (field, bit) <- Seq("physical_link_port0" -> 2, "pdi_operational" -> 4, "pdi_watchdog" -> 8)
@@ -54,7 +54,7 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
       high.foreach(_.poke(false))
     }
     def control: Boolean = shows("al_control_event")
-    def free: Boolean    = dut.guard.pulse("al_control_free").peek().litToBoolean
+    def free: Boolean    = dut.guard.pulse("al_control_free").peekBoolean()
   }
   private def check(name: String)(run: Bench => Unit): (String, ApplicationUnderTest => Unit) =
     name -> (dut => run(new Bench(dut)))
@@ -155,7 +155,7 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
           assert(b.free && !b.control)
         },
         check("AL-05, B-41: emulation copies, raises nothing and stays open") { b =>
-          def copies = b.dut.set.load("al_status").valid.peek().litToBoolean
+          def copies = b.dut.set.load("al_status").valid.peekBoolean()
           b.value("device_emulation", 1)
           assert(!copies)
           b.step(b.written)
@@ -176,22 +176,22 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
           b.others("sm_activation_event", 1)
           b.others("watchdog_event", 1)
           b.step(b.written)
-          assert(b.dut.forDatagrams.peek().litValue == 0 && !b.dut.irq.peek().litToBoolean)
+          assert(b.dut.forDatagrams.peekInt() == 0 && !b.dut.irq.peekBoolean())
           for (bit <- 0 until 16) {
             b.value("ecat_event_mask", 1 << bit)
-            assert(b.dut.forDatagrams.peek().litValue == (if (bit >= 2 && bit < 9) 1 << bit else 0), bit)
+            assert(b.dut.forDatagrams.peekInt() == (if (bit >= 2 && bit < 9) 1 << bit else 0), bit)
           }
           val masks =
             Seq("al_control_mask", "sm_activation_mask", "eeprom_mask", "watchdog_mask").map(_ -> 1) ++
               (0 until 5).map(n => "sm_mask" -> (1 << n))
           for ((mask, bit) <- masks) {
             b.value(mask, bit)
-            assert(b.dut.irq.peek().litToBoolean == (mask != "eeprom_mask"), mask)
+            assert(b.dut.irq.peekBoolean() == (mask != "eeprom_mask"), mask)
             b.value(mask, 0)
           }
           b.value("sm_mask", 0x0a)
           b.others("sm_al_event", 0x15)
-          assert(!b.dut.irq.peek().litToBoolean, "other SyncManagers")
+          assert(!b.dut.irq.peekBoolean(), "other SyncManagers")
         }
       ): _*
   )
@@ -200,7 +200,7 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
     check("IRQ-08: the master sees eight SyncManagers") { b =>
       b.value("ecat_event_mask", 0xffff)
       b.others("sm_ecat_event", 0xa5)
-      assert(b.dut.forDatagrams.peek().litValue == 0x0a50)
+      assert(b.dut.forDatagrams.peekInt() == 0x0a50)
     }
   )
 }

@@ -17,7 +17,7 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
   private def steps(dut: LedPattern, count: Int): Seq[Boolean] = (0 until count).map { _ =>
     val lit = (0 until scale).map { c =>
       dut.tick.poke(c == scale - 1)
-      val now = dut.lit.peek().litToBoolean
+      val now = dut.lit.peekBoolean()
       dut.clock.step()
       now
     }
@@ -101,8 +101,8 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
     dut.drop.poke(false)
   }
   private def shows(dut: LedControl, code: Int, taken: Boolean): Unit = {
-    assert(dut.code.peek().litValue == code)
-    assert(dut.taken.peek().litToBoolean == taken)
+    assert(dut.code.peekInt() == code)
+    assert(dut.taken.peekBoolean() == taken)
   }
   private def prepare(dut: LedControl): Unit = {
     dut.automaticCode.poke(13)
@@ -156,7 +156,7 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
       val lit = (0 until 4).map { c =>
         dut.tick.poke(c == 3)
         dut.traffic.poke(busy(i, c))
-        val now = dut.lit.peek().litToBoolean
+        val now = dut.lit.peekBoolean()
         dut.clock.step()
         now
       }
@@ -187,7 +187,7 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
   together("125 MHz", new ControllerUnderTest(p))(
     "LED-08: a step is 50 ms" -> { dut: ControllerUnderTest =>
       new RtlBench(dut, p).hostWrite(LedRegisters.Run, 0x10 | LedCode.Flicker)
-      def lit = dut.led.get.run.peek().litToBoolean
+      def lit = dut.led.get.run.peekBoolean()
       def untilChange(): Int = {
         val before = lit
         var ms     = 0

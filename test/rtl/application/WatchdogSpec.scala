@@ -13,7 +13,7 @@ class WatchdogSpec extends AnyFlatSpec with SharedSimulation {
       var now   = 0
       while (found.size < count) {
         assert(now < 1000000)
-        if (dut.tick.peek().litToBoolean) found :+= now
+        if (dut.tick.peekBoolean()) found :+= now
         dut.clock.step()
         now += 1
       }
@@ -60,7 +60,7 @@ class WatchdogSpec extends AnyFlatSpec with SharedSimulation {
       dut.tick.poke(tick)
       dut.trigger.poke(trigger)
       dut.restart.poke(restart)
-      val expired = dut.expired.peek().litToBoolean
+      val expired = dut.expired.peekBoolean()
       dut.clock.step()
       dut.tick.poke(false)
       dut.trigger.poke(false)
@@ -68,7 +68,7 @@ class WatchdogSpec extends AnyFlatSpec with SharedSimulation {
       expired
     }
     def time(ticks: Int): Unit = dut.timeTicks.poke(ticks)
-    def running: Boolean       = dut.running.peek().litToBoolean
+    def running: Boolean       = dut.running.peekBoolean()
 
     /** Ticks until it expires, with idle cycles between; none within `limit`. */
     def ticksLeft(limit: Int = 100): Option[Int] = (1 to limit).find { _ =>

@@ -3,6 +3,7 @@ package flyframe.board
 import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.DirectSimulation
 
 /** [[PllReset]] on the clock of the test. */
 private class PllResetBench extends Module {
@@ -19,11 +20,11 @@ class PllResetSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val cyclesPerMs = 50000
 
   "HB-07: a PLL without lock" should "be reset again and again, and left alone while it is locked" in
-    test(new PllResetBench).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
+    test(new PllResetBench).withAnnotations(Seq(DirectSimulation)) { dut =>
       dut.clock.setTimeout(0)
       def resets(cycles: Int): Seq[Boolean] = Seq.fill(cycles) {
         dut.clock.step()
-        dut.out.peek().litToBoolean
+        dut.out.peekBoolean()
       }
       dut.locked.poke(true)
       dut.clock.step(5)

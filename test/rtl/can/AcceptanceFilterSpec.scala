@@ -1,6 +1,5 @@
 package flyframe.can
 
-import chisel3._
 import chiseltest._
 import flyframe.params.CanParams
 import org.scalatest.flatspec.AnyFlatSpec
@@ -29,15 +28,15 @@ class AcceptanceFilterSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.clock.step()
         dut.start.poke(false)
         var cycles = 0
-        while (!dut.done.peek().litToBoolean) {
+        while (!dut.done.peekBoolean()) {
           val isReady = random.nextInt(3) > 0
           // The host changes an entry: nothing is read meanwhile.
           val holds = random.nextInt(20) == 0
           dut.hold.poke(holds)
           dut.ready.poke(isReady)
-          val read = dut.read.valid.peek().litToBoolean
+          val read = dut.read.valid.peekBoolean()
           assert(!holds || !read, "it reads while an entry changes")
-          val at = dut.read.bits.peek().litValue.toInt
+          val at = dut.read.bits.peekInt().toInt
           dut.clock.step()
           dut.data.poke(if (read && isReady) entries(at) else random.nextLong(1L << 32))
           cycles += 1

@@ -1,6 +1,7 @@
 package flyframe.can
 
 import chiseltest._
+import flyframe.Simulation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
@@ -118,7 +119,9 @@ class BitOutlookSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
 
   private def bench(body: (BitOutlook, Bench) => Unit) =
-    test(new BitOutlook)(dut => body(dut, new Bench(dut)))
+    test(new BitOutlook).withAnnotations(Simulation.annotations(this, "outlook"))(dut =>
+      body(dut, new Bench(dut))
+    )
 
   "CAN-07, CAN-09, CAN-14: a frame" should "be driven by its sender, and acknowledged by receivers" in
     bench { (dut, b) =>

@@ -1,7 +1,7 @@
 package flyframe.can
 
-import chisel3._
 import chiseltest._
+import flyframe.Simulation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
@@ -29,7 +29,7 @@ class BitTimingSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
 
   "CAN-01 to CAN-06, CB-02: bits" should "be found as by the model, whatever is heard" in
-    test(new BitTiming) { dut =>
+    test(new BitTiming).withAnnotations(Simulation.annotations(this, "timing")) { dut =>
       val random  = new Random(1)
       var samples = 0
       for (_ <- 1 to 60) {

@@ -48,12 +48,12 @@ class BridgeRtlSpec extends BridgeRules with ChiselScalatestTester {
           host.wdata.poke(word.getOrElse(0L))
           host.req.poke(true)
           var tries = 0
-          while (!host.ack.peek().litToBoolean) {
+          while (!host.ack.peekBoolean()) {
             run(1)
             tries += 1
             assert(tries < 500, f"no acknowledgement of 0x$address%04x")
           }
-          val data = host.rdata.peek().litValue.toLong
+          val data = host.rdata.peekInt().toLong
           run(1)
           host.req.poke(false)
           run(1)

@@ -145,16 +145,16 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
       dut.clock.step(cycles)
       passed += cycles
       val was = level
-      level = dut.driven.peek().litToBoolean
+      level = dut.driven.peekBoolean()
       if (cycles == 1) Vector(was)
       else
-        dut.changes.peek().litValue.toInt match {
+        dut.changes.peekInt().toInt match {
           case 0 => Vector.fill(cycles)(was)
           case 1 =>
-            val after = dut.after.peek().litValue.toInt
+            val after = dut.after.peekInt().toInt
             Vector.tabulate(cycles)(i => if (i < after) was else !was)
           case _ =>
-            val trace = dut.trace.peek().litValue
+            val trace = dut.trace.peekInt()
             Vector.tabulate(cycles)(i => trace.testBit(cycles - 1 - i))
         }
     }
@@ -199,12 +199,12 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
 
   def isAccessing: Boolean = {
     assert(passed - asked <= CanUnderTest.AccessCycles, s"an access takes ${passed - asked} cycles")
-    !dut.idle.peek().litToBoolean
+    !dut.idle.peekBoolean()
   }
 
   /** The bytes that the last access has read. */
   def wordRead: Seq[Int] = {
-    val data = dut.rdata.peek().litValue.toLong
+    val data = dut.rdata.peekInt().toLong
     (0 to 3).map(i => (data >> 8 * i & 0xff).toInt)
   }
 
@@ -221,7 +221,7 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
       .flatMap { word =>
         val data =
           if (word == CanUnderTest.TimeAddress) {
-            val time = dut.us.peek().litValue.toLong
+            val time = dut.us.peekInt().toLong
             (0 to 3).map(i => (time >> 8 * i & 0xff).toInt)
           } else {
             beginRead(word)

@@ -25,9 +25,9 @@ class ConfinementSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.clock.step()
       next
     }
-    def tec: Int    = dut.tec.peek().litValue.toInt
-    def rec: Int    = dut.rec.peek().litValue.toInt
-    def is(b: Bool) = b.peek().litToBoolean
+    def tec: Int    = dut.tec.peekInt().toInt
+    def rec: Int    = dut.rec.peekInt().toInt
+    def is(b: Bool) = b.peekBoolean()
   }
 
   "CAN-31, CAN-33: TEC" should "lead to warning, passive and bus-off, each with the step that reaches it" in

@@ -20,7 +20,7 @@ class EventRecorderSpec extends AnyFlatSpec with ChiselScalatestTester {
     private var ordered = false
 
     private def job = Seq(dut.job.bits.target, dut.job.bits.bytes, dut.job.bits.counts, dut.job.bits.data)
-      .map(_.peek().litValue.toLong)
+      .map(_.peekInt().toLong)
 
     private def carryOut(): Unit = {
       val Seq(at, bytes, counts, data) = job
@@ -41,7 +41,7 @@ class EventRecorderSpec extends AnyFlatSpec with ChiselScalatestTester {
         clear: Boolean = false
     ): Unit = {
       // Another read may come first; or another job, if it was there first.
-      if (left == 0 && !dut.job.valid.peek().litToBoolean) stalls = random.nextInt(4)
+      if (left == 0 && !dut.job.valid.peekBoolean()) stalls = random.nextInt(4)
       else if (left == 0 && stalls > 0) stalls -= 1
       else if (left == 0) { left = 3; stalls = random.nextInt(8) / 7 }
       dut.error.valid.poke(error.isDefined)
@@ -68,7 +68,7 @@ class EventRecorderSpec extends AnyFlatSpec with ChiselScalatestTester {
       if (left == 1) carryOut()
       dut.done.poke(left == 1)
       if (left > 0) {
-        assert(dut.job.valid.peek().litToBoolean && job.take(3).toString == under, "a job changes")
+        assert(dut.job.valid.peekBoolean() && job.take(3).toString == under, "a job changes")
         left -= 1
       }
       dut.clock.step()
@@ -77,7 +77,7 @@ class EventRecorderSpec extends AnyFlatSpec with ChiselScalatestTester {
     def settle(): Unit = for (_ <- 1 to 60) cycle()
 
     /** A host may read: nothing is being cleared. */
-    def isReadable: Boolean = !dut.clears.peek().litToBoolean
+    def isReadable: Boolean = !dut.clears.peekBoolean()
 
     def shown: Seq[Long] = address.map(words(_))
     def meant: Seq[Long] = {

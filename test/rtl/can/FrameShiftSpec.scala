@@ -2,6 +2,7 @@ package flyframe.can
 
 import chisel3._
 import chiseltest._
+import flyframe.Simulation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
@@ -35,11 +36,11 @@ class FrameShiftSpec extends AnyFlatSpec with ChiselScalatestTester {
 
     /** A cycle; the memory answers in the next one. */
     def cycle(): Unit = {
-      val load  = dut.load.valid.peek().litToBoolean
-      val which = dut.load.bits.peek().litValue.toInt
-      if (dut.store.valid.peek().litToBoolean)
-        stored = stored.updated(dut.store.bits.peek().litValue.toInt, dut.word.peek().litValue.toLong)
-      if (dut.ownDlc.valid.peek().litToBoolean) ownDlc = Some(dut.ownDlc.bits.peek().litValue.toInt)
+      val load  = dut.load.valid.peekBoolean()
+      val which = dut.load.bits.peekInt().toInt
+      if (dut.store.valid.peekBoolean())
+        stored = stored.updated(dut.store.bits.peekInt().toInt, dut.word.peekInt().toLong)
+      if (dut.ownDlc.valid.peekBoolean()) ownDlc = Some(dut.ownDlc.bits.peekInt().toInt)
       dut.clock.step()
       dut.data.poke(if (load) slot(which) else random.nextLong(1L << 32))
     }
@@ -111,7 +112,7 @@ class FrameShiftSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
 
   "CAN-07, CAN-11: frames" should "leave bit by bit, and be stored as they were heard" in
-    test(new FrameShift) { dut =>
+    test(new FrameShift).withAnnotations(Simulation.annotations(this, "shift")) { dut =>
       val random = new Random(1)
       val engine = new Engine(dut, random)
       for (_ <- 1 to 150) {
@@ -121,7 +122,7 @@ class FrameShiftSpec extends AnyFlatSpec with ChiselScalatestTester {
     }
 
   it should "be stored whole by a node that has lost the arbitration in any bit" in
-    test(new FrameShift) { dut =>
+    test(new FrameShift).withAnnotations(Simulation.annotations(this, "shift")) { dut =>
       val random = new Random(2)
       val engine = new Engine(dut, random)
       for (lost <- 0 until 32) {

@@ -36,7 +36,7 @@ class ReceiveFifoSpec extends AnyFlatSpec with ChiselScalatestTester {
           }
           dut.second.poke(words(1))
           dut.accept.poke(true)
-          val isDropped = dut.drops.peek().litToBoolean
+          val isDropped = dut.drops.peekBoolean()
           assert(isDropped == (inside.size == 16), i)
           pulse(dut.accept)
           if (isDropped) drops += 1 else inside.enqueue(words)

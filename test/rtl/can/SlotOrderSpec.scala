@@ -22,8 +22,8 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       def cycle(): Unit = {
         val ready = random.nextInt(4) > 0
         dut.ready.poke(ready)
-        val read = dut.read.valid.peek().litToBoolean && ready
-        val slot = dut.read.bits.peek().litValue.toInt
+        val read = dut.read.valid.peekBoolean() && ready
+        val slot = dut.read.bits.peekInt().toInt
         ram.step(dut.clock)
         dut.key.poke(if (read) keys(slot) else random.nextLong(1L << 32))
       }
@@ -59,7 +59,7 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
             keys(slot) = random.nextInt(4).toLong << 30 | random.nextInt(2)
             dut.append.valid.poke(true)
             dut.append.bits.poke(slot)
-            while (!dut.appended.peek().litToBoolean) cycle()
+            while (!dut.appended.peekBoolean()) cycle()
             cycle()
             dut.append.valid.poke(false)
             pending :+= slot

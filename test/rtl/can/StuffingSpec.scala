@@ -31,12 +31,12 @@ class StuffingSpec extends AnyFlatSpec with ChiselScalatestTester {
     dut.clock.step()
     dut.start.poke(false)
     val stuff = bits.indices.filter { i =>
-      val full = dut.isFull.peek().litToBoolean
+      val full = dut.isFull.peekBoolean()
       dut.bit.poke(bits(i) == '1')
       dut.clock.step()
       full
     }
-    (stuff, dut.crc.peek().litValue.toInt)
+    (stuff, dut.crc.peekInt().toInt)
   }
 
   "CAN-09: a bit of the other level" should "be expected behind five equal ones, itself among the next" in

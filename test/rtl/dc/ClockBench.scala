@@ -104,7 +104,7 @@ class ClockBench(val dut: ClocksUnderTest) {
     kept.address.poke(address / lanes)
     kept.host.reads.poke(host)
     step()
-    kept.data.peek().litValue >> (8 * (address % lanes)) & 0xff
+    kept.data.peekInt() >> (8 * (address % lanes)) & 0xff
   }
   def read(address: Int, count: Int): BigInt =
     (0 until count).map(i => byte(address + i, host = false) << (8 * i)).sum
@@ -115,7 +115,7 @@ class ClockBench(val dut: ClocksUnderTest) {
     .flatMap { case (word, bytes) =>
       kept.host.asks.poke(true)
       kept.host.address.poke(word)
-      while (!kept.host.ready.peek().litToBoolean) step()
+      while (!kept.host.ready.peekBoolean()) step()
       val data = bytes.map(a => byte(a, host = true) << (8 * (a - address)))
       kept.host.asks.poke(false)
       step()

@@ -44,7 +44,7 @@ class LatchSignalsSpec extends AnyFlatSpec with SharedSimulation {
       shown(n)
     }
     def shown(n: Int): Int = Seq("positive", "negative", "pin").zipWithIndex.map { case (bit, i) =>
-      dut.status.uint(s"latch${n}_$bit").peek().litValue.toInt << i
+      dut.status.uint(s"latch${n}_$bit").peekInt().toInt << i
     }.sum
     def begins(): Unit = {
       dut.begins.poke(true)
@@ -207,8 +207,8 @@ class LatchSignalsSpec extends AnyFlatSpec with SharedSimulation {
       check("DC-40: only the owner acknowledges, and has the event") { b =>
         for (edge <- Seq("positive", "negative")) b.single(0, edge, on = true)
         b.byPdi(0, on = true)
-        assert(b.dut.guard.pulse("latch0_of_pdi").peek().litToBoolean)
-        assert(!b.dut.guard.pulse("latch0_of_ecat").peek().litToBoolean)
+        assert(b.dut.guard.pulse("latch0_of_pdi").peekBoolean())
+        assert(!b.dut.guard.pulse("latch0_of_ecat").peekBoolean())
         b.pulse(0)
         assert(b.status(0) == 3)
         b.ecatReads("positive")

@@ -19,8 +19,8 @@ class LocalClockSpec extends AnyFlatSpec with SharedSimulation {
         for (_ <- 1 to 4000) {
           val began = cycle
           val time = (0 until bytes).map { i =>
-            assert(dut.place.peek().litValue == i && dut.last.peek().litToBoolean == (i == bytes - 1))
-            val byte = dut.timeByte.peek().litValue << (8 * i)
+            assert(dut.place.peekInt() == i && dut.last.peekBoolean() == (i == bytes - 1))
+            val byte = dut.timeByte.peekInt() << (8 * i)
             dut.clock.step()
             cycle += 1
             byte
@@ -32,7 +32,7 @@ class LocalClockSpec extends AnyFlatSpec with SharedSimulation {
         cycle += (1L << 24) / period / bytes * bytes
         val began = cycle
         val late = (0 until bytes).map { i =>
-          val byte = dut.timeByte.peek().litValue << (8 * i)
+          val byte = dut.timeByte.peekInt() << (8 * i)
           dut.clock.step()
           byte
         }.sum

@@ -87,7 +87,7 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
       (0 until count).map { i =>
         dut.readWord.poke((from + i) / dut.lanes)
         step()
-        (dut.data.peek().litValue >> (8 * ((from + i) % dut.lanes)) & 0xff) << (8 * i)
+        (dut.data.peekInt() >> (8 * ((from + i) % dut.lanes)) & 0xff) << (8 * i)
       }.sum
     }
     def settle(): Unit = idle(8 * dut.bytes)

@@ -21,7 +21,7 @@ class SyncSignalsSpec extends AnyFlatSpec with SharedSimulation {
 
     dut.value.uint("sync_pulse_length").poke(50)
 
-    def level(n: Int): Boolean = dut.pins.get.sync(n).peek().litToBoolean
+    def level(n: Int): Boolean = dut.pins.get.sync(n).peekBoolean()
 
     /** Lets time pass, and watches the signals. */
     def watch(us: Double): Unit = for (_ <- 1 to (us * p.coreClockMhz).toInt) {
@@ -225,7 +225,7 @@ class SyncSignalsSpec extends AnyFlatSpec with SharedSimulation {
         b.activate(3)
         b.watch(25)
         b.beganAt(0, Seq(start))
-        assert(b.dut.status.uint("sync0_status").peek().litValue == 1)
+        assert(b.dut.status.uint("sync0_status").peekInt() == 1)
         b.watch(25)
         assert(b.ends(0).isEmpty, "also over the next pulse")
         acknowledge()
@@ -292,9 +292,9 @@ class SyncSignalsSpec extends AnyFlatSpec with SharedSimulation {
         val dut = b.dut
         def guards =
           Seq("sync_of_ecat", "sync_of_pdi", "sync0_of_ecat", "sync0_of_pdi", "sync1_of_ecat", "sync1_of_pdi")
-            .map(dut.guard.pulse(_).peek().litToBoolean)
+            .map(dut.guard.pulse(_).peekBoolean())
         def bits =
-          Seq("cyclic_active", "sync0_enable", "sync1_enable").map(dut.status.uint(_).peek().litValue.toInt)
+          Seq("cyclic_active", "sync0_enable", "sync1_enable").map(dut.status.uint(_).peekInt().toInt)
         def owners(by0: Boolean, other: Boolean): Unit = {
           b.bit("sync0_by_pdi", by0)
           b.bit("sync1_by_other", other)

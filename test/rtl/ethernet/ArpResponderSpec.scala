@@ -11,7 +11,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 
 /** Against packets that pcap4j builds and takes apart. */
 class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
   private val own         = MacAddress.getByName("10:22:33:44:55:66")
   private val asker       = MacAddress.getByName("0a:0b:0c:0d:0e:0f")
   private val ownIp       = InetAddress.getByName("192.168.1.5")
@@ -71,17 +71,17 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
       var answer = Vector.empty[Byte]
       var ended  = false
       while (!ended) {
-        val ready = answer.size % 3 == 0 || dut.answer.bits.last.peek().litToBoolean
+        val ready = answer.size % 3 == 0 || dut.answer.bits.last.peekBoolean()
         dut.answer.ready.poke(ready)
         if (ready && is(dut.answer.valid)) {
-          answer :+= dut.answer.bits.data.peek().litValue.toByte
+          answer :+= dut.answer.bits.data.peekInt().toByte
           ended = is(dut.answer.bits.last)
         }
         dut.clock.step()
         if (!ready) {
           dut.answer.ready.poke(true)
           if (is(dut.answer.valid)) {
-            answer :+= dut.answer.bits.data.peek().litValue.toByte
+            answer :+= dut.answer.bits.data.peekInt().toByte
             ended = is(dut.answer.bits.last)
           }
           dut.clock.step()

@@ -7,7 +7,7 @@ import flyframe.SharedSimulation
 import org.scalatest.flatspec.AnyFlatSpec
 
 class EthernetReceiverSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
 
   /** The bytes of a frame, and whether it was good at its end. */
   private def receive(
@@ -21,7 +21,7 @@ class EthernetReceiverSpec extends AnyFlatSpec with SharedSimulation {
     def look(): Unit = {
       if (is(dut.byte.valid)) {
         assert(good.isEmpty && is(dut.first) == bytes.isEmpty)
-        bytes :+= dut.byte.bits.peek().litValue.toInt
+        bytes :+= dut.byte.bits.peekInt().toInt
       }
       if (is(dut.end.valid)) {
         assert(good.isEmpty, "it ends once")

@@ -35,7 +35,7 @@ class EthernetSenderSpec extends AnyFlatSpec with SharedSimulation {
         dut.bytes.bits.last.poke(byte == frames(frame).size - 1)
       }
       dut.step.poke(true)
-      if (gives && dut.bytes.ready.peek().litToBoolean) {
+      if (gives && dut.bytes.ready.peekBoolean()) {
         byte += 1
         if (byte == frames(frame).size) {
           byte = 0
@@ -46,15 +46,15 @@ class EthernetSenderSpec extends AnyFlatSpec with SharedSimulation {
       dut.step.poke(false)
       dut.bytes.valid.poke(false)
       dut.clock.step(2)
-      if (dut.out.valid.peek().litToBoolean) {
+      if (dut.out.valid.peekBoolean()) {
         idle = 0
-        val data = dut.out.data.peek().litValue.toInt
-        assert(!dut.out.end.peek().litToBoolean)
-        if (dut.out.payload.peek().litToBoolean) payload :+= data else preamble :+= data
-      } else if (dut.out.end.peek().litToBoolean) {
-        assert(dut.out.payload.peek().litToBoolean && preamble.nonEmpty)
-        sent :+= Sent(preamble, payload, dut.out.bad.peek().litToBoolean, gap)
-        assert(dut.out.odd.peek().litToBoolean == (payload.size % 2 == 1))
+        val data = dut.out.data.peekInt().toInt
+        assert(!dut.out.end.peekBoolean())
+        if (dut.out.payload.peekBoolean()) payload :+= data else preamble :+= data
+      } else if (dut.out.end.peekBoolean()) {
+        assert(dut.out.payload.peekBoolean() && preamble.nonEmpty)
+        sent :+= Sent(preamble, payload, dut.out.bad.peekBoolean(), gap)
+        assert(dut.out.odd.peekBoolean() == (payload.size % 2 == 1))
         preamble = Vector.empty
         payload = Vector.empty
         gap = 1

@@ -12,7 +12,7 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
   import UdpPackets._
   private val master      = End(0x021022334455L, 0xc0a80105L, 5005)
   private val server      = End(0x0a0b0c0d0e0fL, 0xc0a801feL, 0x88a5)
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
   private def any(random: Random, end: End) =
     End(end.mac ^ random.nextInt(256), random.nextInt() & 0xffffffffL, random.nextInt(0x10000))
 
@@ -29,8 +29,8 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
       dut.byte.bits.poke(b)
       dut.first.poke(i == 0)
       if (is(dut.data.valid)) {
-        assert(dut.offset.peek().litValue == payload.size)
-        payload :+= dut.data.bits.peek().litValue.toInt
+        assert(dut.offset.peekInt() == payload.size)
+        payload :+= dut.data.bits.peekInt().toInt
       }
       dut.clock.step()
       dut.byte.valid.poke(false)
@@ -43,7 +43,7 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
     val r = dut.received
     val got = Option.when(is(r.valid)) {
       val good = is(r.bits.good)
-      if (good) assert(r.bits.length.peek().litValue == payload.size)
+      if (good) assert(r.bits.length.peekInt() == payload.size)
       Got(good, payload, is(r.bits.fromServer))
     }
     dut.clock.step()

@@ -109,9 +109,7 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       dut.search.behind.poke(byte + 1)
       for (i <- 0 until 8) { dut.search.index.poke(i); dut.clock.step() }
       dut.clock.step(3) // four cycles after the last entry, and one for the answer
-      Seq(dut.read, dut.writes).map(m =>
-        Option.when(m.hit.peek().litToBoolean)(m.address.peek().litValue.toInt)
-      )
+      Seq(dut.read, dut.writes).map(m => Option.when(m.hit.peekBoolean())(m.address.peekInt().toInt))
     }
     def check(byte: Long): Unit = if (byte >= 0 && byte <= 0xffffffffL) {
       val expected = Seq(0, 1).map(d => entries.toSeq.flatMap(_.maps(byte, d)).headOption)
@@ -125,18 +123,18 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       search(byte)
       for ((m, d) <- Seq(dut.read, dut.writes).zipWithIndex) {
         val hint  = f"byte 0x$byte%x, direction $d of ${entries.toSeq}"
-        val hit   = m.hit.peek().litToBoolean
-        val early = hit && m.bits.get.early.peek().litToBoolean
-        val upper = m.address.peek().litValue.toInt
-        val turn  = m.bits.get.turn.peek().litValue.toInt
+        val hit   = m.hit.peekBoolean()
+        val early = hit && m.bits.get.early.peekBoolean()
+        val upper = m.address.peekInt().toInt
+        val turn  = m.bits.get.turn.peekInt().toInt
         // Early: the byte before an area that begins in the upper one of two local bytes.
         val next = entries.toSeq.find(e =>
           e.active && (e.typ >> d & 1) == 1 && e.length > 0 && byte == e.logical - 1 &&
             e.bits.physical > e.bits.start
         )
         assert(early == next.isDefined && next.forall(_.physical == upper), hint)
-        val from = if (m.bits.get.first.peek().litToBoolean) m.bits.get.startBit.peek().litValue.toInt else 0
-        val to   = if (m.bits.get.last.peek().litToBoolean) m.bits.get.stopBit.peek().litValue.toInt else 7
+        val from = if (m.bits.get.first.peekBoolean()) m.bits.get.startBit.peekInt().toInt else 0
+        val to   = if (m.bits.get.last.peekBoolean()) m.bits.get.stopBit.peekInt().toInt else 7
         val mapped =
           if (!hit || early) Map.empty[Int, (Int, Int)]
           else

@@ -42,13 +42,13 @@ class ByteMoverSpec extends AnyFlatSpec with SharedSimulation {
       val local   = Map.empty[Int, Int].withDefault(address => (address * 0x35 + 0x5a) & 0xff)
       val allowed = Set.from((0 to 0x40).map(f.physicalStart - 0x10 + _).filter(_ => random.nextInt(4) > 0))
       var written = Seq.empty[Written]
-      def note(): Unit = if (dut.written.valid.peek().litToBoolean) {
+      def note(): Unit = if (dut.written.valid.peekBoolean()) {
         val w = dut.written.bits
         written :+= Written(
-          w.address.peek().litValue.toInt,
-          w.may.peek().litToBoolean,
-          w.data.peek().litValue.toInt,
-          w.mask.peek().litValue.toInt
+          w.address.peekInt().toInt,
+          w.may.peekBoolean(),
+          w.data.peekInt().toInt,
+          w.mask.peekInt().toInt
         )
       }
 
@@ -80,10 +80,10 @@ class ByteMoverSpec extends AnyFlatSpec with SharedSimulation {
           dut.schedule.ends.poke(high)
           def half(byte: Int) = if (high) byte >> 4 else byte & 15
           if (i >= 0 && i < data.size) {
-            val mask = dut.readMask.peek().litValue.toInt
+            val mask = dut.readMask.peekInt().toInt
             assert(mask == half(parts.map(_.mask).fold(0)(_ | _)), s"mask of byte $i, $high, $hint")
             val read = half(parts.map(m => m.toLogical(local(m.address))).fold(0)(_ | _))
-            assert((dut.readNibble.peek().litValue.toInt & mask) == read, s"byte $i, $high, $hint")
+            assert((dut.readNibble.peekInt().toInt & mask) == read, s"byte $i, $high, $hint")
           }
           step()
         }
@@ -145,22 +145,22 @@ class ByteMoverSpec extends AnyFlatSpec with SharedSimulation {
         dut.isRead.poke(isRead)
         for (high <- Seq(false, true)) {
           dut.high.poke(high)
-          assert(dut.readMask.peek().litValue == (if (isRead) 15 else 0))
-          assert(dut.readNibble.peek().litValue == (if (high) byte >> 4 else byte & 15))
+          assert(dut.readMask.peekInt() == (if (isRead) 15 else 0))
+          assert(dut.readNibble.peekInt() == (if (high) byte >> 4 else byte & 15))
         }
         dut.passed.poke(passed)
         dut.address.poke(address)
         dut.may.poke(may)
         dut.first.poke(true)
-        assert(!dut.written.valid.peek().litToBoolean)
+        assert(!dut.written.valid.peekBoolean())
         dut.clock.step()
         dut.first.poke(false)
         dut.second.poke(true)
-        assert(dut.written.valid.peek().litToBoolean)
-        assert(dut.written.bits.address.peek().litValue == address)
-        assert(dut.written.bits.may.peek().litToBoolean == may)
+        assert(dut.written.valid.peekBoolean())
+        assert(dut.written.bits.address.peekInt() == address)
+        assert(dut.written.bits.may.peekBoolean() == may)
         assert(
-          dut.written.bits.data.peek().litValue == passed && dut.written.bits.mask.peek().litValue == 0xff
+          dut.written.bits.data.peekInt() == passed && dut.written.bits.mask.peekInt() == 0xff
         )
         dut.clock.step()
         dut.second.poke(false)

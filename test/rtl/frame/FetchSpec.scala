@@ -88,15 +88,15 @@ class FetchSpec extends AnyFlatSpec with SharedSimulation {
         case 5 => Option.when(reads && read.managed && read.inMemory)(read)
         case _ => None
       }
-      assert(dut.ask.valid.peek().litToBoolean == asked.isDefined, s"cycle $cycle, $written, $read")
+      assert(dut.ask.valid.peekBoolean() == asked.isDefined, s"cycle $cycle, $written, $read")
       for (b <- asked) {
         val access = dut.ask.access
-        assert(dut.ask.number.peek().litValue == b.index)
-        assert(access.first.peek().litToBoolean == b.first)
-        assert(access.single.peek().litToBoolean == (b.first && b.last))
-        assert(access.write.peek().litToBoolean == (cycle == 2))
-        assert(access.touch.peek().litToBoolean == (cycle == 5))
-        assert(!access.close.peek().litToBoolean)
+        assert(dut.ask.number.peekInt() == b.index)
+        assert(access.first.peekBoolean() == b.first)
+        assert(access.single.peekBoolean() == (b.first && b.last))
+        assert(access.write.peekBoolean() == (cycle == 2))
+        assert(access.touch.peekBoolean() == (cycle == 5))
+        assert(!access.close.peekBoolean())
       }
       dut.clock.step()
       if (cycle == 4 && isKept) check(dut.write, written, wanted = true)
@@ -104,13 +104,13 @@ class FetchSpec extends AnyFlatSpec with SharedSimulation {
     }
 
   private def check(found: Fetched, b: Byte, wanted: Boolean): Unit = {
-    assert(found.may.peek().litToBoolean == (b.may && wanted), b)
-    assert(found.inBuffer.peek().litToBoolean == b.mayInBuffer, b)
-    val address = found.address.peek().litValue.toInt
+    assert(found.may.peekBoolean() == (b.may && wanted), b)
+    assert(found.inBuffer.peekBoolean() == b.mayInBuffer, b)
+    val address = found.address.peekInt().toInt
     assert(Option.when(address <= 0xffff)(address) == b.place, f"0x$address%x of $b, 0x${b.address}%x")
-    assert(found.index.peek().litValue == b.index)
-    assert(found.first.peek().litToBoolean == b.first && found.last.peek().litToBoolean == b.last)
-    assert(found.single.peek().litToBoolean == (b.first && b.last))
+    assert(found.index.peekInt() == b.index)
+    assert(found.first.peekBoolean() == b.first && found.last.peekBoolean() == b.last)
+    assert(found.single.peekBoolean() == (b.first && b.last))
   }
 
   together("fetch", new Fetch(p, registers))(
@@ -127,11 +127,11 @@ class FetchSpec extends AnyFlatSpec with SharedSimulation {
       val open = someByte().copy(exists = true, hit = false)
       byteTime(dut, open, open, open, writes = false, reads = true, isKept = false)
       byteTime(dut, open, open, open, writes = true, reads = true)
-      assert(dut.read.may.peek().litToBoolean && dut.write.may.peek().litToBoolean)
+      assert(dut.read.may.peekBoolean() && dut.write.may.peekBoolean())
       dut.schedule.cycle.poke(15)
       dut.newFrame.poke(true)
       dut.clock.step()
-      assert(!dut.read.may.peek().litToBoolean && !dut.write.may.peek().litToBoolean)
+      assert(!dut.read.may.peekBoolean() && !dut.write.may.peekBoolean())
     }
   )
 }

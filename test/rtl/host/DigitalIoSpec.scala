@@ -59,24 +59,24 @@ class DigitalIoSpec extends AnyFlatSpec with SharedSimulation {
       var first   = Option.empty[Int]
       var rest    = 0 // cycles without a request
       for (now <- 1 to 200 if rest < 20) {
-        if (!dut.port.req.peek().litToBoolean) rest += 1
+        if (!dut.port.req.peekBoolean()) rest += 1
         else {
           if (first.isEmpty) first = Some(now)
           rest = 0
-          def access = Seq(dut.port.addr, dut.port.wdata, dut.port.be).map(_.peek().litValue)
+          def access = Seq(dut.port.addr, dut.port.wdata, dut.port.be).map(_.peekInt())
           val asked  = access
           for (_ <- 0 until random.nextInt(wait + 1)) {
             dut.clock.step()
-            assert(dut.port.req.peek().litToBoolean && access == asked, "held until it is done")
+            assert(dut.port.req.peekBoolean() && access == asked, "held until it is done")
           }
-          assert(dut.port.write.peek().litToBoolean)
+          assert(dut.port.write.peekBoolean())
           dut.port.ack.poke(true)
           val Seq(address, data, enables) = asked
           for (i <- 0 until lanes if enables.testBit(i))
             written += (address.toInt + i) -> (data >> 8 * i & 0xff).toInt
           dut.clock.step()
           dut.port.ack.poke(false)
-          assert(!dut.port.req.peek().litToBoolean, "a cycle without a request is between two")
+          assert(!dut.port.req.peekBoolean(), "a cycle without a request is between two")
         }
         dut.take.poke(false)
         dut.clock.step()
@@ -121,9 +121,9 @@ class DigitalIoSpec extends AnyFlatSpec with SharedSimulation {
           else if (event) shown = Option.when(running)(written)
           else if (!running && !late) shown = None
           if (before.isDefined && shown.isEmpty) falls += 1
-          assert(dut.driven.peek().litToBoolean == shown.isDefined, s"cycle $cycle")
-          assert(dut.levels.peek().litValue == shown.getOrElse(BigInt(0)), s"cycle $cycle")
-          assert(dut.valid.peek().litToBoolean == (event && shown.isDefined), s"cycle $cycle")
+          assert(dut.driven.peekBoolean() == shown.isDefined, s"cycle $cycle")
+          assert(dut.levels.peekInt() == shown.getOrElse(BigInt(0)), s"cycle $cycle")
+          assert(dut.valid.peekBoolean() == (event && shown.isDefined), s"cycle $cycle")
         }
         assert(falls > 100)
       }
@@ -151,8 +151,8 @@ class DigitalIoSpec extends AnyFlatSpec with SharedSimulation {
           dut.syncs(1).poke(false)
           dut.clock.step()
         }
-        def shown = Option.when(dut.pins.output_driven.get.peek().litToBoolean)(
-          dut.pins.output.get.peek().litValue.toInt
+        def shown = Option.when(dut.pins.output_driven.get.peekBoolean())(
+          dut.pins.output.get.peekInt().toInt
         )
         dut.registersBusy.poke(false)
         dut.clock.step(5)
@@ -192,9 +192,9 @@ class DigitalIoSpec extends AnyFlatSpec with SharedSimulation {
         var valid   = Vector.empty[Boolean]
         var outputs = Vector.empty[BigInt]
         bench.eachCycle = Some { _ =>
-          begins :+= pins.frame_begins.get.peek().litToBoolean
-          valid :+= pins.output_valid.get.peek().litToBoolean
-          outputs :+= pins.output.get.peek().litValue
+          begins :+= pins.frame_begins.get.peekBoolean()
+          valid :+= pins.output_valid.get.peekBoolean()
+          outputs :+= pins.output.get.peekInt()
         }
 
         /** Beginnings and lengths of pulses. */

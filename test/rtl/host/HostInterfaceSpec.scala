@@ -5,6 +5,7 @@ import chisel3.util._
 import chisel3.util.random.LFSR
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.DirectSimulation
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
 
@@ -59,7 +60,7 @@ class InterfaceUnderTest[I <: HostInterface](make: => I, lanes: Int) extends Mod
 }
 
 class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
-  private val backend = Seq(VerilatorBackendAnnotation)
+  private val backend = Seq(DirectSimulation)
   private def word(i: Int, bits: Int): BigInt =
     BigInt("9e3779b97f4a7c15", 16) * (i + 1) >> 7 & (BigInt(1) << bits) - 1
 
@@ -77,12 +78,12 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
           pins.byteenable.poke(enable)
           pins.writedata.poke(data)
           var cycles = 0
-          while (pins.waitrequest.peek().litToBoolean) {
+          while (pins.waitrequest.peekBoolean()) {
             dut.clock.step()
             cycles += 1
             assert(cycles < 200)
           }
-          val result = pins.readdata.peek().litValue
+          val result = pins.readdata.peekInt()
           dut.clock.step()
           result
         }
@@ -109,7 +110,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
           val all    = (1 << p.lanes) - 1
           var codes  = Vector.empty[BigInt]
           def step(): Unit = {
-            if (dut.error.valid.peek().litToBoolean) codes :+= dut.error.bits.peek().litValue
+            if (dut.error.valid.peekBoolean()) codes :+= dut.error.bits.peekInt()
             dut.clock.step()
           }
           def access(write: Boolean, i: Int, data: BigInt): BigInt = {
@@ -119,12 +120,12 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
             pins.byteenable.poke(all)
             pins.writedata.poke(data)
             var cycles = 0
-            while (pins.waitrequest.peek().litToBoolean) {
+            while (pins.waitrequest.peekBoolean()) {
               step()
               cycles += 1
               assert(cycles < 200)
             }
-            val result = pins.readdata.peek().litValue
+            val result = pins.readdata.peekInt()
             step()
             result
           }
@@ -147,11 +148,11 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
             pins.read.poke(!write)
             pins.write.poke(write)
             var left = 1 + random.nextInt(3)
-            while (left > 0 && pins.waitrequest.peek().litToBoolean) {
+            while (left > 0 && pins.waitrequest.peekBoolean()) {
               step()
               left -= 1
             }
-            if (left == 0 && pins.waitrequest.peek().litToBoolean) withdrawn += 1
+            if (left == 0 && pins.waitrequest.peekBoolean()) withdrawn += 1
             else step()
             none()
             for (_ <- 0 until 1 + random.nextInt(4)) {
@@ -176,7 +177,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
           pins.writedata.poke(0x11)
           pins.read.poke(true)
           pins.write.poke(true)
-          while (pins.waitrequest.peek().litToBoolean) step()
+          while (pins.waitrequest.peekBoolean()) step()
           step()
           none()
           step()
@@ -195,14 +196,14 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
           pins.sel.poke((1 << p.lanes) - 1)
           pins.dat_w.poke(data)
           var cycles = 0
-          while (!pins.ack.peek().litToBoolean) {
+          while (!pins.ack.peekBoolean()) {
             pins.stall.expect(true)
             dut.clock.step()
             cycles += 1
             assert(cycles < 200)
           }
           pins.stall.expect(false)
-          val result = pins.dat_r.peek().litValue
+          val result = pins.dat_r.peekInt()
           dut.clock.step()
           result
         }
@@ -233,17 +234,17 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
           pins.dat_w.poke(data)
           var (cycles, errors) = (0, 0)
           def step(): Unit = {
-            if (dut.error.valid.peek().litToBoolean) {
+            if (dut.error.valid.peekBoolean()) {
               dut.error.bits.expect(2)
               errors += 1
             }
             dut.clock.step()
           }
-          while (!pins.ack.peek().litToBoolean && cycles < most) {
+          while (!pins.ack.peekBoolean() && cycles < most) {
             step()
             cycles += 1
           }
-          val result = Option.when(pins.ack.peek().litToBoolean)(pins.dat_r.peek().litValue)
+          val result = Option.when(pins.ack.peekBoolean())(pins.dat_r.peekInt())
           if (result.isDefined) step()
           pins.stb.poke(false)
           step()
@@ -292,7 +293,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       pins.araddr.poke(0x80 + 4 * (ar % 32)) // what nobody writes
       pins.bready.poke(flip())
       pins.rready.poke(flip())
-      def both(valid: Bool, ready: Bool) = valid.peek().litToBoolean && ready.peek().litToBoolean
+      def both(valid: Bool, ready: Bool) = valid.peekBoolean() && ready.peekBoolean()
       val taken = Seq(
         both(pins.awvalid, pins.awready),
         both(pins.wvalid, pins.wready),
@@ -325,7 +326,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.clock.step(3)
       pins.awready.expect(false) // not without its data
       pins.wvalid.poke(true)
-      while (!pins.wready.peek().litToBoolean) dut.clock.step()
+      while (!pins.wready.peekBoolean()) dut.clock.step()
       dut.clock.step()
       pins.awvalid.poke(false)
       pins.wvalid.poke(false)
@@ -341,7 +342,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
     def read(address: Int): BigInt = {
       pins.araddr.poke(address)
       pins.arvalid.poke(true)
-      while (!pins.arready.peek().litToBoolean) dut.clock.step()
+      while (!pins.arready.peekBoolean()) dut.clock.step()
       dut.clock.step()
       pins.araddr.poke(address ^ 0x40) // the next one waits for the answer to be taken
       for (_ <- 0 until 30) {
@@ -349,7 +350,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
         pins.arready.expect(false)
         dut.clock.step()
       }
-      val data = pins.rdata.peek().litValue
+      val data = pins.rdata.peekInt()
       pins.arvalid.poke(false)
       pins.rready.poke(true)
       dut.clock.step()
@@ -369,7 +370,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
   "B-116: AXI4-Lite" should "count what is withdrawn, and answer what comes behind" in axi { (dut, pins) =>
     var codes = Vector.empty[BigInt]
     def step(cycles: Int = 1): Unit = for (_ <- 0 until cycles) {
-      if (dut.error.valid.peek().litToBoolean) codes :+= dut.error.bits.peek().litValue
+      if (dut.error.valid.peekBoolean()) codes :+= dut.error.bits.peekInt()
       dut.clock.step()
     }
     pins.bready.poke(true)
@@ -389,7 +390,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       codes = Vector.empty
       pins.araddr.poke(4 * i)
       pins.arvalid.poke(true)
-      val taken = pins.arready.peek().litToBoolean
+      val taken = pins.arready.peekBoolean()
       step()
       pins.arvalid.poke(false)
       step(2)
@@ -399,7 +400,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       pins.wdata.poke(i)
       pins.awvalid.poke(true)
       pins.wvalid.poke(true)
-      while (!pins.awready.peek().litToBoolean) step()
+      while (!pins.awready.peekBoolean()) step()
       step()
       pins.awvalid.poke(false)
       pins.wvalid.poke(false)
@@ -407,7 +408,7 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       step()
       pins.araddr.poke(4 * i)
       pins.arvalid.poke(true)
-      while (!pins.arready.peek().litToBoolean) step()
+      while (!pins.arready.peekBoolean()) step()
       step()
       pins.arvalid.poke(false)
       pins.rvalid.expect(true)

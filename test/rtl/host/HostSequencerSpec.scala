@@ -91,32 +91,32 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       entry.start.poke(area.fold(0)(_.start))
       entry.extent.poke(area.fold(0)(a => a.length * a.buffers))
       entry.takesPart.poke(area.isDefined)
-      lastIndex = dut.areas.index.peek().litValue.toInt
+      lastIndex = dut.areas.index.peekInt().toInt
 
       act()
       val acts = ecatActs()
       dut.areas.granted.poke(!acts)
       val access = dut.areas.access
-      if (dut.areas.request.peek().litToBoolean && !acts)
+      if (dut.areas.request.peekBoolean() && !acts)
         asked = Some(
           (
-            dut.areas.number.peek().litValue.toInt,
-            access.write.peek().litToBoolean,
-            access.touch.peek().litToBoolean,
-            access.first.peek().litToBoolean,
-            access.close.peek().litToBoolean,
-            access.single.peek().litToBoolean
+            dut.areas.number.peekInt().toInt,
+            access.write.peekBoolean(),
+            access.touch.peekBoolean(),
+            access.first.peekBoolean(),
+            access.close.peekBoolean(),
+            access.single.peekBoolean()
           )
         )
 
       // The memory takes its time, as it may.
       val m = dut.memory
-      if (m.req.peek().litToBoolean && delay == 0) {
-        val (write, mask) = (m.write.peek().litToBoolean, m.be.peek().litValue.toInt)
-        val address       = m.addr.peek().litValue.toInt
+      if (m.req.peekBoolean() && delay == 0) {
+        val (write, mask) = (m.write.peekBoolean(), m.be.peekInt().toInt)
+        val address       = m.addr.peekInt().toInt
         val base          = address / p.lanes * p.lanes
         log :+= Memory(write, base, mask)
-        val data = m.wdata.peek().litValue
+        val data = m.wdata.peekInt()
         for (i <- 0 until p.lanes if write && (mask >> i & 1) == 1)
           content(base + i) = (data >> 8 * i & 0xff).toInt
         m.rdata.poke((0 until p.lanes).map(i => BigInt(content(base + i)) << 8 * i).sum)
@@ -124,7 +124,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       } else {
         m.ack.poke(false)
         m.rdata.poke(BigInt(8 * p.lanes, random))
-        delay = if (m.req.peek().litToBoolean) delay - 1 else random.nextInt(4)
+        delay = if (m.req.peekBoolean()) delay - 1 else random.nextInt(4)
       }
     }
 
@@ -139,7 +139,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       areas = if (on) Vector(area) else Vector.empty
       isOpen = Vector(false) // the state is that of reset
     }
-    def quiet: Boolean = dut.quiet.peek().litToBoolean
+    def quiet: Boolean = dut.quiet.peekBoolean()
 
     private def access(write: Boolean, address: Int, mask: Int, data: BigInt): BigInt = {
       val h = dut.host
@@ -150,7 +150,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       h.wdata.poke(data)
       var waited = 0
       step()
-      while (!h.ack.peek().litToBoolean) {
+      while (!h.ack.peekBoolean()) {
         assert(waited < 400, "no answer")
         during(waited)
         assert(!quiet || waited == 0, "B-59")
@@ -158,11 +158,11 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         step()
         waited += 1
       }
-      val result = h.rdata.peek().litValue
+      val result = h.rdata.peekInt()
       dut.clock.step()
       h.req.poke(false)
       step()
-      assert(!h.ack.peek().litToBoolean)
+      assert(!h.ack.peekBoolean())
       dut.clock.step()
       result
     }

@@ -44,17 +44,17 @@ class MicrocontrollerInterfaceSpec extends AnyFlatSpec with SharedSimulation {
       pins.wr_n.poke(!write)
     }
     def step(cycles: Int = 1): Unit = for (_ <- 0 until cycles) {
-      if (dut.access.valid.peek().litToBoolean)
+      if (dut.access.valid.peekBoolean())
         log :+= ((
-          dut.access.bits.write.peek().litToBoolean,
-          dut.access.bits.address.peek().litValue.toInt,
-          dut.access.bits.be.peek().litValue.toInt
+          dut.access.bits.write.peekBoolean(),
+          dut.access.bits.address.peekInt().toInt,
+          dut.access.bits.be.peekInt().toInt
         ))
-      if (dut.error.valid.peek().litToBoolean) errors :+= dut.error.bits.peek().litValue.toInt
+      if (dut.error.valid.peekBoolean()) errors :+= dut.error.bits.peekInt().toInt
       dut.clock.step()
     }
     def busy: Boolean = {
-      val (level, drive)  = (pins.busy.peek().litToBoolean, pins.busy_drive.peek().litToBoolean)
+      val (level, drive)  = (pins.busy.peekBoolean(), pins.busy_drive.peekBoolean())
       assert(drive || p.busBusyDriver  % 2 == 1)
       assert(!drive || p.busBusyDriver % 2 == 0 || level == (p.busBusyDriver == 3))
       drive && level == p.busBusyDriver >= 2
@@ -90,7 +90,7 @@ class MicrocontrollerInterfaceSpec extends AnyFlatSpec with SharedSimulation {
         waited += 1
         assert(waited < 100, "BUSY does not end")
       }
-      val result = pins.d_out.peek().litValue
+      val result = pins.d_out.peekInt()
       end()
       result
     }

@@ -41,9 +41,9 @@ class SpiMaster(dut: SpiUnderTest, p: EscParams) extends Assertions {
   val content = scala.collection.mutable.Map.empty[Int, Int]
 
   def step(cycles: Int): Unit = for (_ <- 0 until cycles) {
-    if (dut.access.valid.peek().litToBoolean)
-      log :+= ((dut.access.bits.write.peek().litToBoolean, dut.access.bits.address.peek().litValue.toInt))
-    if (dut.side.error.valid.peek().litToBoolean) errors :+= dut.side.error.bits.peek().litValue.toInt
+    if (dut.access.valid.peekBoolean())
+      log :+= ((dut.access.bits.write.peekBoolean(), dut.access.bits.address.peekInt().toInt))
+    if (dut.side.error.valid.peekBoolean()) errors :+= dut.side.error.bits.peekInt().toInt
     dut.clock.step()
   }
   dut.side.events.poke(0)

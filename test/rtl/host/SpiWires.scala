@@ -37,7 +37,7 @@ class SpiWires(p: EscParams, pins: SpiPins) {
 
   /** Another core cycle begins. */
   def drive(cycle: SpiCycle): Unit = {
-    if (cycle.samples || ended) received += pins.miso.peek().litToBoolean
+    if (cycle.samples || ended) received += pins.miso.peekBoolean()
     ended = cycle.ends
     if (!driven.exists(_.sel == cycle.sel)) pins.sel.poke(cycle.sel == (p.spiSelHigh == 1))
     if (!driven.exists(_.clk == cycle.clk)) pins.clk.poke(cycle.clk)

@@ -86,7 +86,7 @@ object AlarmLatency {
         at <- started.remove((e.node, e.sequence))
       )
         times += (((first - at) * 0.04, (last - at) * 0.04))
-    def sounds = dut.alarm.sounder.peek().litToBoolean
+    def sounds = dut.alarm.sounder.peekBoolean()
     val sounder = for (i <- 1 to events) yield {
       require(!sounds, s"alarm $i: it sounds before")
       val slave = random.nextInt(Slaves)
@@ -97,7 +97,7 @@ object AlarmLatency {
       // Until the master has read the states of all slaves: it knows whom to silence.
       driver.run((Slaves / 4 + 3L) * busCycle)
       require(sounds, s"alarm $i: it does not sound")
-      val time = (dut.soundedAt.peek().litValue.toLong - at) * 0.04
+      val time = (dut.soundedAt.peekInt().toLong - at) * 0.04
       driver.write(0x003c, 0x17)
       numbers(slave) += 1
       driver.line.move(slave, 1, driver.slot.toDouble)

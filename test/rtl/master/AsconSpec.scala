@@ -26,7 +26,7 @@ class TagBench extends SettingsBench(1) {
 }
 
 class AsconSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
 
   "The model" should "give the tags that the designers give" in {
     for ((tag, size) <- AsconModel.known.zipWithIndex)
@@ -52,7 +52,7 @@ class AsconSpec extends AnyFlatSpec with SharedSimulation {
       if (!always) dut.ready.poke(random.nextInt(8) == 0)
       if (is(dut.tag.valid)) {
         if (came.isEmpty) tail = cycle - lastByte
-        came :+= dut.tag.bits.peek().litValue.toInt
+        came :+= dut.tag.bits.peekInt().toInt
       }
       dut.clock.step()
       cycle += 1

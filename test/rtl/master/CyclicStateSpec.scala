@@ -40,7 +40,7 @@ class CyclicStateSpec extends AnyFlatSpec with SharedSimulation {
       status.foreach(answer)
       over()
     }
-    private def is(b: Bool)      = b.peek().litToBoolean
+    private def is(b: Bool)      = b.peekBoolean()
     def loud: (Boolean, Boolean) = (is(dut.fire), is(dut.sounding))
     def others: Seq[Boolean]     = Seq(dut.alarm, dut.slaveFault, dut.disabled, dut.testing).map(is)
   }

@@ -7,7 +7,7 @@ import flyframe.SharedSimulation
 import org.scalatest.flatspec.AnyFlatSpec
 
 class EventMemorySpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
 
   private class Driver(dut: EventMemory, random: Random) {
     private var time = BigInt(63, random)
@@ -21,7 +21,7 @@ class EventMemorySpec extends AnyFlatSpec with SharedSimulation {
     /** A cycle; the time moves on, but not while it is read. */
     def step(): Unit = {
       if (!is(dut.stamps)) time += random.nextInt(3) * BigInt(32, random)
-      dut.now.poke((time >> (16 * (3 - dut.timeAddress.peek().litValue.toInt)) & 0xffff).U)
+      dut.now.poke((time >> (16 * (3 - dut.timeAddress.peekInt().toInt)) & 0xffff).U)
       dut.clock.step()
     }
 
@@ -49,8 +49,8 @@ class EventMemorySpec extends AnyFlatSpec with SharedSimulation {
       first += count
     }
     def check(): Unit = {
-      assert(dut.first.peek().litValue == first && dut.count.peek().litValue == kept.size)
-      assert(dut.next.peek().litValue == ((first + kept.size) & 0xffff))
+      assert(dut.first.peekInt() == first && dut.count.peekInt() == kept.size)
+      assert(dut.next.peekInt() == ((first + kept.size) & 0xffff))
       assert(is(dut.roomForRecords) == kept.size < 120 && is(dut.roomForStates) == kept.size < 64)
       for (((words, stamp), i) <- kept.take(32).zipWithIndex; byte <- 0 until 24) {
         dut.readEvent.poke(i)
@@ -59,7 +59,7 @@ class EventMemorySpec extends AnyFlatSpec with SharedSimulation {
         val wanted =
           if (byte < 16) words(byte / 2) >> (8 * (1 - byte % 2)) & 0xff
           else (stamp >> (8 * (23 - byte)) & 0xff).toInt
-        assert(dut.readData.peek().litValue == wanted, s"byte $byte of event ${first + i}")
+        assert(dut.readData.peekInt() == wanted, s"byte $byte of event ${first + i}")
       }
     }
   }
@@ -125,7 +125,7 @@ class EventMemorySpec extends AnyFlatSpec with SharedSimulation {
         dut.readEvent.poke(n)
         dut.readByte.poke(byte)
         d.step()
-        assert(dut.readData.peek().litValue == (if (n == 0) 0x11 else 0x22))
+        assert(dut.readData.peekInt() == (if (n == 0) 0x11 else 0x22))
       }
     }
   )

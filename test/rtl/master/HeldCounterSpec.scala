@@ -11,7 +11,7 @@ class HeldCounterSpec extends AnyFlatSpec with SharedSimulation {
       val random = new Random(1)
       var pulses = 0
       for (_ <- 1 to 500) {
-        val seen = dut.value.peek().litValue
+        val seen = dut.value.peekInt()
         val hold = random.nextInt(20)
         for (i <- 0 until hold + random.nextInt(10) + 1) {
           dut.holds.poke(i < hold)
@@ -19,14 +19,14 @@ class HeldCounterSpec extends AnyFlatSpec with SharedSimulation {
           val pulse = i == hold / 2 || (i > hold + 1 && random.nextBoolean())
           dut.count.poke(pulse)
           if (pulse) pulses += 1
-          if (i > 0 && i <= hold) assert(dut.value.peek().litValue == seen)
+          if (i > 0 && i <= hold) assert(dut.value.peekInt() == seen)
           dut.clock.step()
-          if (i == 0 && hold > 0) assert(dut.value.peek().litValue == seen)
+          if (i == 0 && hold > 0) assert(dut.value.peekInt() == seen)
         }
         dut.count.poke(false)
         dut.holds.poke(false)
         dut.clock.step()
-        assert(dut.value.peek().litValue == pulses % 65536)
+        assert(dut.value.peekInt() == pulses % 65536)
       }
     }
   )

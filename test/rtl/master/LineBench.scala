@@ -29,8 +29,8 @@ final case class SeenDatagram(command: Int, index: Int, adp: Int, ado: Int, data
   *   core cycles of a slot
   */
 class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int = 1000, clocks: Int = 1) {
-  private def is(b: Bool)     = b.peek().litToBoolean
-  private def number(u: UInt) = u.peek().litValue.toInt
+  private def is(b: Bool)     = b.peekBoolean()
+  private def number(u: UInt) = u.peekInt().toInt
 
   /** What becomes of the frame with this number on its way back; None: it is lost. */
   var disturb: (Int, SentFrame) => Option[SentFrame] = (_, f) => Some(f)

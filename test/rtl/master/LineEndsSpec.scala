@@ -17,7 +17,7 @@ class LineEndsSpec extends AnyFlatSpec with SharedSimulation {
     var changes = 0
     private def pulse(b: Bool): Unit = {
       b.poke(true)
-      if (dut.changed.peek().litToBoolean) changes += 1
+      if (dut.changed.peekBoolean()) changes += 1
       dut.clock.step()
       b.poke(false)
     }
@@ -32,27 +32,27 @@ class LineEndsSpec extends AnyFlatSpec with SharedSimulation {
       }
       exchange(0, first)
       if (!(first.isDefined && across)) exchange(1, second)
-      val whole = dut.whole.peek().litToBoolean
+      val whole = dut.whole.peekBoolean()
       pulse(dut.over)
       whole
     }
-    def present: Int    = dut.present.peek().litValue.toInt
-    def closed: Boolean = dut.closed.peek().litToBoolean
+    def present: Int    = dut.present.peekInt().toInt
+    def closed: Boolean = dut.closed.peekBoolean()
 
     /** For each position: the end that reaches it; None: nobody does. Of some it is `open`. */
     def reach(count: Int, open: Int => Boolean = _ => false): Seq[Option[Int]] = (0 until count).map { k =>
       dut.position.poke(k)
       val ends = (0 to 1).filter { end =>
         dut.atSecond.poke(end == 1)
-        dut.mine.peek().litToBoolean
+        dut.mine.peekBoolean()
       }
-      val gone = dut.gone.peek().litToBoolean
+      val gone = dut.gone.peekBoolean()
       assert(ends.size <= 1 && ends.isEmpty == (gone || open(k)), s"position $k")
       ends.headOption
     }
     def base: Int = {
       dut.atSecond.poke(true)
-      dut.base.peek().litValue.toInt
+      dut.base.peekInt().toInt
     }
   }
   private val (a, b, none) = (Option(0), Option(1), Option.empty[Int])

@@ -12,7 +12,7 @@ import flyframe.registers.AlarmRegisters
 /** The exchange of a master with a line of modelled slaves. */
 class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
   private val slave       = Presets.named("alarm-slave").get.params
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
   private case class Answer(counter: Int, data: Seq[Int], index: Int, command: Int, adp: Int)
 
   /** @param disturb
@@ -59,7 +59,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       cycle()
       dut.step.poke(false)
       cycle()
-      if (is(out.valid) && is(out.payload)) sending :+= out.data.peek().litValue.toInt
+      if (is(out.valid) && is(out.payload)) sending :+= out.data.peekInt().toInt
       if (is(out.end)) {
         for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
           good = frame.good
@@ -93,12 +93,12 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       dut.clock.step()
       dut.go.poke(false)
       while (result.isEmpty) slot()
-      Option.when(result.get)((0 until dut.count.peek().litValue.toInt).map { i =>
+      Option.when(result.get)((0 until dut.count.peekInt().toInt).map { i =>
         dut.read.poke(i)
         def word(place: Int): Int = {
           dut.place.poke(place)
           dut.clock.step()
-          dut.answer.peek().litValue.toInt
+          dut.answer.peekInt().toInt
         }
         val index = word(AnswerWord.Index)
         Answer(
@@ -163,7 +163,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       def kept(place: Int) = {
         dut.keptPlace.poke(place)
         dut.clock.step()
-        dut.kept.peek().litValue.toInt
+        dut.kept.peekInt().toInt
       }
       assert(kept(AnswerWord.Counter) == 1 && kept(AnswerWord.Data) == 0x33)
     },

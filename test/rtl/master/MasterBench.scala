@@ -58,7 +58,7 @@ class MasterBench(
 ) {
   private val cycles      = p.cyclesPerNibble
   private val ports       = p.linePorts + 1
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
 
   /** Nibbles that are to come at a port; None: idle. */
   private val coming  = Array.fill(ports)(scala.collection.mutable.Queue.empty[Option[Int]])
@@ -98,7 +98,7 @@ class MasterBench(
   private def step(): Unit = {
     dut.clock.step()
     if (is(dut.txTick)) for (y <- 0 until ports) {
-      if (is(dut.txEn(y))) leaving(y) :+= dut.txd(y).peek().litValue.toInt
+      if (is(dut.txEn(y))) leaving(y) :+= dut.txd(y).peekInt().toInt
       else if (leaving(y).nonEmpty) {
         val frame = leaving(y)
         leaving(y) = Vector.empty
@@ -154,7 +154,7 @@ class MasterBench(
       waits += 1
       assert(waits < 270, "no acknowledgement") // HOST-10
     }
-    val result = dut.host.rdata.peek().litValue
+    val result = dut.host.rdata.peekInt()
     cycle()
     dut.host.req.poke(false)
     cycle()

@@ -64,7 +64,7 @@ class MatcherBench extends Module {
 }
 
 class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
   private def any(random: Random, most: Int) = Datagram(
     random.nextInt(15),
     random.nextInt(),
@@ -99,7 +99,7 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
         dut.step.poke(true)
         dut.clock.step()
         dut.step.poke(false)
-        if (is(dut.out.valid) && is(dut.out.payload)) payload :+= dut.out.data.peek().litValue.toInt
+        if (is(dut.out.valid) && is(dut.out.payload)) payload :+= dut.out.data.peekInt().toInt
         ended = is(dut.out.end)
         if (ended) assert(!is(dut.out.bad))
         if (cycles > 1) dut.clock.step(cycles - 1)
@@ -165,8 +165,8 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
       var done    = Option.empty[Boolean]
       def look(): Unit = {
         if (is(dut.word.valid)) {
-          val place = dut.word.bits.place.peek().litValue.toInt
-          val word  = dut.word.bits.data.peek().litValue.toInt
+          val place = dut.word.bits.place.peekInt().toInt
+          val word  = dut.word.bits.data.peekInt().toInt
           val ends  = is(dut.whole) && place == AnswerWord.Counter
           if (ends) counter = Some(word)
           else {
@@ -184,7 +184,7 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
           seen :+= Seen(words(1) >> 8, words(1) & 0xff, words(0), counter, kept)
           counter = None
         }
-        if (is(dut.word.valid) && dut.word.bits.place.peek().litValue == AnswerWord.Index) size = 0
+        if (is(dut.word.valid) && dut.word.bits.place.peekInt() == AnswerWord.Index) size = 0
         if (is(dut.done.valid)) done = Some(is(dut.done.bits))
       }
       for ((nibble, i) <- (Seq.fill(15)(5) ++ Seq(13) ++ payload ++ Seq.fill(4)(0)).zipWithIndex) {

@@ -71,12 +71,12 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
       dut.host.be.poke(lanes)
       dut.host.req.poke(true)
       var cycles = 0
-      while (!dut.host.ack.peek().litToBoolean) {
+      while (!dut.host.ack.peekBoolean()) {
         dut.clock.step()
         cycles += 1
         assert(cycles < 300, "no acknowledgement")
       }
-      val result = dut.host.rdata.peek().litValue
+      val result = dut.host.rdata.peekInt()
       dut.clock.step()
       dut.host.req.poke(false)
       dut.clock.step()
@@ -115,13 +115,13 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
         assert(read == wanted && cycles <= p.lanes + 1, f"at 0x$a%02x")
       }
       for (f <- registers.flatMap(_.fields)) f.source match {
-        case _: Source.Stored => assert(dut.value.uint(f.name).peek().litValue == values(f.name), f.name)
+        case _: Source.Stored => assert(dut.value.uint(f.name).peekInt() == values(f.name), f.name)
         case _                =>
       }
       for (r <- registers if r.inRam; a <- r.range) {
         dut.readAddress.poke(a)
         dut.clock.step()
-        assert(dut.readData.peek().litValue == expected(a), f"setting 0x$a%02x")
+        assert(dut.readData.peekInt() == expected(a), f"setting 0x$a%02x")
       }
       for (a <- Seq(0x100, 0x110, 0x130, 0x1028, 0x8030)) {
         access(a, isWrite = true, BigInt(8 * p.lanes, random), (1 << p.lanes) - 1)
@@ -147,7 +147,7 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
           assert(host.access(a, isWrite = false, 0, (1 << p.lanes) - 1)._2 == 0)
           dut.readAddress.poke(a)
           dut.clock.step()
-          assert(dut.readData.peek().litValue == 0xff)
+          assert(dut.readData.peekInt() == 0xff)
         }
       },
       "HOST-04: halves of the time that change while they are read do not tear" -> { dut =>
@@ -178,7 +178,7 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
             host.access(a, isWrite = true, data & ((BigInt(1) << (8 * p.lanes)) - 1), (1 << p.lanes) - 1)
             host.access(a, isWrite = false, 0, (1 << p.lanes) - 1)
           }
-          assert(dut.told.peek().litValue == n && dut.heard.peek().litValue == node)
+          assert(dut.told.peekInt() == n && dut.heard.peekInt() == node)
         }
       },
       "HOST-10: a reset gives every register its reset value, before the host port answers" -> { dut =>

@@ -43,8 +43,8 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
     }
     def changeAll(): Unit = change(0 until slaves)
 
-    def sounds: Boolean = dut.alarm.sounder.peek().litToBoolean
-    def fire: Boolean   = dut.alarm.fire.peek().litToBoolean
+    def sounds: Boolean = dut.alarm.sounder.peekBoolean()
+    def fire: Boolean   = dut.alarm.fire.peekBoolean()
     def silence(): Unit = driver.write(0x003c, 0x17)
 
     /** After all that: each record is in the log once, and none is missing. A master that has been restarted
@@ -114,7 +114,7 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
       scene.driver.cycles(60)
       scene.changeAll()
       scene.driver.cycles(30)
-      assert(scene.driver.read(0x0040) == 3 && dut.alarm.fault_n.peek().litToBoolean == false)
+      assert(scene.driver.read(0x0040) == 3 && dut.alarm.fault_n.peekBoolean() == false)
       scene.line.setCable(3, intact = true)
       scene.check(again = true)
       val absent =

@@ -91,7 +91,7 @@ class PlantDriver(dut: PlantSideBench) {
   import PlantSideBench._
   val master: UdpPackets.End = UdpPackets.End(0x021022334455L, 0xc0a80105L, 5005)
   val server: UdpPackets.End = UdpPackets.End(0x0a0b0c0d0e0fL, 0xc0a801feL, 0x88a5)
-  private def is(b: Bool)    = b.peek().litToBoolean
+  private def is(b: Bool)    = b.peekBoolean()
 
   /** Reports with the cycle in which their last byte came, and answers to ARP requests. */
   var reports: Vector[(Long, Report)] = Vector.empty
@@ -203,7 +203,7 @@ class PlantDriver(dut: PlantSideBench) {
   def step(): Unit = {
     if (looks) dut.mailbox.looks.poke(cycle % 4 == 0)
     if (is(dut.isOf)) {
-      if (is(dut.out.valid)) frame :+= dut.out.bits.peek().litValue.toByte
+      if (is(dut.out.valid)) frame :+= dut.out.bits.peekInt().toByte
       if (is(dut.end.valid)) {
         assert(is(dut.end.bits), "a bad frame has left")
         left(frame.toArray)

@@ -82,8 +82,8 @@ class RecordReaderSpec extends AnyFlatSpec with SharedSimulation {
     dut.event.ready.poke(true)
     var words                   = Vector.empty[Int]
     var alarms                  = 0
-    private def is(b: Bool)     = b.peek().litToBoolean
-    private def number(u: UInt) = u.peek().litValue.toInt
+    private def is(b: Bool)     = b.peekBoolean()
+    private def number(u: UInt) = u.peekInt().toInt
     private def cycle(): Unit = {
       if (is(dut.event.valid) && is(dut.event.ready)) words :+= number(dut.event.bits)
       if (is(dut.newAlarm)) alarms += 1

@@ -11,7 +11,7 @@ import org.scalatest.flatspec.AnyFlatSpec
   * them: headers, lengths, checksums, FCS, tag, states, events, counter, time.
   */
 class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
-  private def is(b: Bool)         = b.peek().litToBoolean
+  private def is(b: Bool)         = b.peekBoolean()
   private def any(random: Random) = Seq.fill(16)(random.nextInt(256))
 
   /** The server of a driver, with what it has stored. */
@@ -86,7 +86,7 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
           for (_ <- 1 to 80) round(calm = true)
           assert(server.log.size == put && server.log == d.events)
           assert(d.arps >= asked / 2 && d.arps <= asked && asked > 20 && seen > 80)
-          assert(dut.firstEvent.peek().litValue == put && dut.nextEvent.peek().litValue == put)
+          assert(dut.firstEvent.peekInt() == put && dut.nextEvent.peekInt() == put)
       },
       "REP-01: the largest report fits a datagram and leaves whole; the next one is behind it" -> { dut =>
         val random = new Random(mhz + 1)
@@ -194,7 +194,7 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
       val d      = new PlantDriver(dut)
       val server = new Server(d, new Random(9))
       var turn   = 0L
-      def first  = dut.firstEvent.peek().litValue.toLong
+      def first  = dut.firstEvent.peekInt().toLong
       def answer(number: Long): Unit = {
         turn += 1
         d.datagram(PlantServer.answer(server.life, turn, d.seen().last.counter, number, 0, Order.None))
@@ -231,7 +231,7 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
         dut.mailbox.looks.poke(true)
         d.step()
         dut.mailbox.looks.poke(false)
-        val byte = dut.mailbox.readData.peek().litValue.toInt
+        val byte = dut.mailbox.readData.peekInt().toInt
         d.step()
         byte
       }
@@ -248,7 +248,7 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
     "REP-06: rooms and events that wait" -> { dut =>
       val random = new Random(8)
       val d      = new PlantDriver(dut)
-      def rooms  = dut.rooms.peek().litValue.toInt
+      def rooms  = dut.rooms.peekInt().toInt
       assert(rooms == 3)
       for ((many, room) <- Seq(63 -> 3, 64 -> 5, 119 -> 5, 120 -> 4, 128 -> 4)) {
         while (d.events.size < many) {
@@ -267,7 +267,7 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
         d.ms(14)
         server.answers()
         d.ms(3)
-        val left = (dut.nextEvent.peek().litValue - dut.firstEvent.peek().litValue).toInt
+        val left = (dut.nextEvent.peekInt() - dut.firstEvent.peekInt()).toInt
         assert(left <= before)
         assert(
           rooms == (if (left >= 120) 4 else if (left >= 64) 5 else if (left >= 32) 7 else 3),

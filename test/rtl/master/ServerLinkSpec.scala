@@ -74,7 +74,7 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
   private class Driver(dut: ServerLinkBench) {
     var acknowledged                     = Vector.empty[Long]
     var alive, servers, refused, dropped = 0
-    private def is(b: Bool)              = b.peek().litToBoolean
+    private def is(b: Bool)              = b.peekBoolean()
     dut.clock.setTimeout(0)
     dut.data.valid.poke(false)
     for (b <- Seq(dut.ends, dut.take, dut.looks, dut.others)) b.poke(false)
@@ -104,7 +104,7 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
       cycle += 1
       if (looks) dut.looks.poke(cycle % 4 == 0)
       if (is(dut.remove.valid)) {
-        acknowledged :+= (dut.first.peek().litValue + dut.remove.bits.peek().litValue).toLong & 0xffffffffL
+        acknowledged :+= (dut.first.peekInt() + dut.remove.bits.peekInt()).toLong & 0xffffffffL
         dut.first.poke(acknowledged.last)
       }
       if (is(dut.alive)) alive += 1
@@ -139,14 +139,14 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
       dut.looks.poke(true)
       dut.clock.step()
       dut.looks.poke(false)
-      val byte = dut.readData.peek().litValue.toInt
+      val byte = dut.readData.peekInt().toInt
       step()
       byte
     }
     def life: Seq[Int] = (0 until 8).map { i =>
       dut.lifeAddress.poke(i)
       step()
-      dut.lifeData.peek().litValue.toInt
+      dut.lifeData.peekInt().toInt
     }
     def take(): Unit = {
       dut.take.poke(true)

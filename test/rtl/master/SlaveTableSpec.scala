@@ -188,8 +188,8 @@ class SlaveTableSpec extends AnyFlatSpec with SharedSimulation {
     var sounds                  = 0
     var forgotten               = Vector.empty[Int]
     var givenUp                 = 0
-    private def is(b: Bool)     = b.peek().litToBoolean
-    private def number(u: UInt) = u.peek().litValue.toInt
+    private def is(b: Bool)     = b.peekBoolean()
+    private def number(u: UInt) = u.peekInt().toInt
     def cycle(n: Int = 1): Unit = for (_ <- 1 to n) {
       if (is(dut.event.valid) && is(dut.event.ready)) words :+= number(dut.event.bits)
       if (is(dut.newSound)) sounds += 1
@@ -315,7 +315,7 @@ class SlaveTableSpec extends AnyFlatSpec with SharedSimulation {
       for ((byte, i) <- Seq(0, Open, 0x12, 0x34).zipWithIndex) {
         dut.look.poke(2 << 2 | i)
         t.cycle()
-        assert(dut.lookData.peek().litValue == byte)
+        assert(dut.lookData.peekInt() == byte)
       }
       assert(t.events() == Seq(Seq(EventKind.Slave << 8 | 2, 0x1234, Open, 0x0155, 0, 0, 0, 0x0703)))
       t.answer(2, Open, 0x1234, 0x5501, 0x0307)
@@ -400,7 +400,7 @@ class SlaveTableSpec extends AnyFlatSpec with SharedSimulation {
     },
     "LM-11: the list is as long as the last one that is expected" -> { dut =>
       val t     = new Table(dut)
-      def count = dut.count.peek().litValue
+      def count = dut.count.peekInt()
       assert(count == 0)
       for (i <- 0 to 7) t.expect(i, if (i < 6 && i != 2) i + 1 else 0)
       assert(count == 6)
@@ -444,7 +444,7 @@ class SlaveTableSpec extends AnyFlatSpec with SharedSimulation {
             t.orders()
             assert(t.orders() == Seq(1 -> 1))
             dut.over.poke(true)
-            assert(dut.expires.peek().litToBoolean)
+            assert(dut.expires.peekBoolean())
             t.pulse(dut.over)
         }
         assert(t.givenUp == (if (way == 0) 0 else 1), "who sounds still is to be heard")

@@ -88,17 +88,17 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
 
   /** Takes what the recorders have. */
   private def look(): Unit = {
-    val counts = dut.count.peek().litValue.toInt
+    val counts = dut.count.peekInt().toInt
     for (y <- 0 to 1; count = counts >> (16 * y) & 0xffff if count != seen(y)) {
       require((count - seen(y) & 0xffff) == 1, "more frames than one in a chunk")
       seen(y) = count
       dut.port.poke(y == 1)
       dut.bank.poke((count - 1 & 1) == 1)
-      val (start, length) = (dut.start.peek().litValue.toLong, dut.length.peek().litValue.toInt)
+      val (start, length) = (dut.start.peekInt().toLong, dut.length.peekInt().toInt)
       val nibbles = (0 until length by 16)
         .flatMap { at =>
           dut.word.poke(at / 16)
-          val word = dut.nibbles.peek().litValue
+          val word = dut.nibbles.peekInt()
           (0 until 16).map(i => (word >> (4 * i) & 0xf).toInt)
         }
         .take(length)
@@ -139,8 +139,8 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
       require(cycles < 290, s"no acknowledgement at $address")
     }
     step()
-    while (!dut.host.ack.peek().litToBoolean) step()
-    val result = dut.host.rdata.peek().litValue.toInt
+    while (!dut.host.ack.peekBoolean()) step()
+    val result = dut.host.rdata.peekInt().toInt
     dut.host.req.poke(false)
     step()
     if (cycles % 2 == 1) step()
@@ -162,7 +162,7 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     dut.restart.poke(false)
     pass(8)
     // A frame that was cut off reaches nobody.
-    for (y <- 0 to 1) seen(y) = dut.count.peek().litValue.toInt >> (16 * y) & 0xffff
+    for (y <- 0 to 1) seen(y) = dut.count.peekInt().toInt >> (16 * y) & 0xffff
     write(0x0010, address(Server.mac, 6) ++ address(Master.mac, 6): _*)
     write(0x001c, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
     write(0x0024, address(Master.port.toLong, 2) ++ address(Server.port.toLong, 2): _*)

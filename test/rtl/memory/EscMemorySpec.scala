@@ -32,7 +32,7 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
     )
   }
 
-  private def is(signal: Bool): Boolean = signal.peek().litToBoolean
+  private def is(signal: Bool): Boolean = signal.peekBoolean()
 
   /** A unit that writes and reads a few bytes of registers in RAM, which nobody else writes. */
   private class UnitSide(dut: EscMemory, random: scala.util.Random) {
@@ -50,7 +50,7 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
         waited += 1
         assert(waited < 60, "a unit's read was not answered")
         if (is(dut.unitData.valid)) {
-          val byte = dut.unitData.bits.peek().litValue.toInt
+          val byte = dut.unitData.bits.peekInt().toInt
           assert(content.get(address).forall(_ == byte), f"unit at 0x$address%04x")
           answers += 1
           reads = false
@@ -121,7 +121,7 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
 
     /** One core cycle; the frame processor takes every second one, as long as it is busy. */
     def step(): Unit = {
-      reading.remove(cycle).foreach(check(0, _, dut.ecat.readData.peek().litValue))
+      reading.remove(cycle).foreach(check(0, _, dut.ecat.readData.peekInt()))
       val turn           = busy && cycle % 2 == 0
       val reads          = turn && random.nextInt(8) > 0
       val writes         = turn && random.nextInt(8) > 0
@@ -158,7 +158,7 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
         waited += 1
       }
       longest = longest max waited
-      val answer = dut.host.rdata.peek().litValue
+      val answer = dut.host.rdata.peekInt()
       dut.host.req.poke(false)
       step()
       (0 until random.nextInt(3)).foreach(_ => step())
@@ -199,8 +199,8 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
       dut.ecat.read.poke(false)
       if (EscMemory.readCycles(p) > 1) dut.clock.step()
       val lane  = address % lanes
-      val found = dut.ecat.readable.peek().litValue.testBit(lane)
-      assert(found == dut.ecat.writable.peek().litValue.testBit(lane))
+      val found = dut.ecat.readable.peekInt().testBit(lane)
+      assert(found == dut.ecat.writable.peekInt().testBit(lane))
       found
     }
     assert(read(0x1000) && read(end - 1) && !read(end))
@@ -238,6 +238,6 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
     assert(waited > 190)
     dut.host.req.poke(false)
     dut.clock.step(300)
-    assert((dut.value.uint("station_alias").peek().litValue & 0xff) == 0xee)
+    assert((dut.value.uint("station_alias").peekInt() & 0xff) == 0xee)
   }
 }

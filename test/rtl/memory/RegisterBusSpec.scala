@@ -28,7 +28,7 @@ class RegisterBusSpec extends AnyFlatSpec with SharedSimulation {
 
   together("16 bits", new Looking)(
     "a register is written and read by any of its bytes, and complete by its last" -> { dut =>
-      def is(signal: Bool) = signal.peek().litToBoolean
+      def is(signal: Bool) = signal.peekBoolean()
       dut.registerWrite.valid.poke(true)
       dut.registerWrite.bits.address.poke(WatchdogRegisters.TimePdi / 2)
       for ((mask, first) <- Seq(1 -> true, 2 -> false, 3 -> false, 0 -> false)) {

@@ -50,7 +50,7 @@ class WideTableSpec extends AnyFlatSpec with SharedSimulation {
     def step(write: Option[(Int, Int, BigInt)], reads: Seq[Int]): Unit = {
       // Answers to the reads of the cycle before.
       for ((port, index, taken) <- asked if !taken && isKnown) {
-        val found = dut.readData(port).peek().litValue
+        val found = dut.readData(port).peekInt()
         // A write takes effect two cycles later; what is read meanwhile is the old word or the new one.
         val (settled, fresh) = history(index).partition(_._1 < cycle - 3)
         val allowed          = settled.lastOption.map(_._2).toSeq ++ fresh.map(_._2)
@@ -88,7 +88,7 @@ class WideTableSpec extends AnyFlatSpec with SharedSimulation {
       for (i <- 0 until entries; _ <- 0 to 1) {
         step(None, Seq.fill(copies)(i))
         for (port <- 0 until copies)
-          assert(dut.readData(port).peek().litValue == now(i), s"word $i, port $port")
+          assert(dut.readData(port).peekInt() == now(i), s"word $i, port $port")
       }
     }
 

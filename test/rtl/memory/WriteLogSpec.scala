@@ -17,12 +17,12 @@ class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
     private var held         = false
 
     def step(): Unit = {
-      if (dut.replay.valid.peek().litToBoolean) {
+      if (dut.replay.valid.peekBoolean()) {
         assert(!held, "the cycle behind belongs to others")
         replayed :+= Write(
-          dut.replay.bits.address.peek().litValue.toInt,
-          dut.replay.bits.mask.peek().litValue.toInt,
-          dut.replay.bits.data.peek().litValue
+          dut.replay.bits.address.peekInt().toInt,
+          dut.replay.bits.mask.peekInt().toInt,
+          dut.replay.bits.data.peekInt()
         )
       }
       held = holds()
@@ -33,11 +33,11 @@ class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
     def frame(): Unit           = { dut.frameStart.poke(true); step(); dut.frameStart.poke(false) }
     def commit(): Unit = {
       dut.commit.poke(true)
-      assert(dut.replayStarts.peek().litToBoolean)
+      assert(dut.replayStarts.peekBoolean())
       step()
       dut.commit.poke(false)
     }
-    def full: Boolean = dut.full.peek().litToBoolean
+    def full: Boolean = dut.full.peekBoolean()
 
     /** Takes the bytes of `w` one by one, as the frame brings them, and logs the word with the last. */
     def write(w: Write): Unit = {

@@ -18,7 +18,7 @@ class EnhancedLinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
     dut.reset.poke(true.B)
     dut.clock.step()
     dut.reset.poke(false.B)
-    def link: Seq[Boolean] = Seq(0, 1).map(dut.link(_).peek().litToBoolean)
+    def link: Seq[Boolean] = Seq(0, 1).map(dut.link(_).peekBoolean())
 
     /** Symbols in a row at port 0; how many times its PHY was to begin anew. */
     def errors(symbols: Int): Int = {
@@ -26,13 +26,13 @@ class EnhancedLinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
       var restarts = 0
       for (i <- 0 to symbols) {
         if (i == symbols) dut.rxEr(0).poke(false)
-        if (dut.restarts(0).peek().litToBoolean) restarts += 1
+        if (dut.restarts(0).peekBoolean()) restarts += 1
         dut.clock.step()
       }
       restarts
     }
     def toTick(): Unit = {
-      while (!dut.tick.peek().litToBoolean) dut.clock.step()
+      while (!dut.tick.peekBoolean()) dut.clock.step()
       dut.clock.step()
     }
   }
@@ -87,22 +87,22 @@ class EnhancedLinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
       dut.start.poke(false)
       dut.reset.poke(true.B)
       dut.clock.step()
-      assert(!dut.resetN.peek().litToBoolean)
+      assert(!dut.resetN.peekBoolean())
       dut.reset.poke(false.B)
       dut.clock.step()
-      assert(dut.resetN.peek().litToBoolean)
+      assert(dut.resetN.peekBoolean())
       dut.start.poke(true)
       dut.clock.step()
       dut.start.poke(false)
       dut.clock.step()
       for (_ <- 0 until 2) {
-        assert(!dut.resetN.peek().litToBoolean)
+        assert(!dut.resetN.peekBoolean())
         dut.tick.poke(true)
         dut.clock.step()
         dut.tick.poke(false)
         dut.clock.step(5)
       }
-      assert(dut.resetN.peek().litToBoolean)
+      assert(dut.resetN.peekBoolean())
     }
   )
 }

@@ -23,13 +23,13 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
     /** Ends the access at hand; what it was: port, register, and the value if it was a write. */
     def answer(value: Option[Int]): (Int, Int, Option[Int]) = {
       var cycles = 0
-      while (!dut.access.valid.peek().litToBoolean) {
+      while (!dut.access.valid.peekBoolean()) {
         dut.clock.step()
         cycles += 1
         assert(cycles < 4, "no question")
       }
-      def is(signal: UInt) = signal.peek().litValue.toInt
-      val isWrite          = dut.access.isWrite.peek().litToBoolean
+      def is(signal: UInt) = signal.peekInt().toInt
+      val isWrite          = dut.access.isWrite.peekBoolean()
       val asked =
         (is(dut.access.port), is(dut.access.register), Option.when(isWrite)(is(dut.access.data)))
       dut.access.answer.poke(value.getOrElse(0xffff))
@@ -40,7 +40,7 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
       asked
     }
     def answers(values: Int*): Seq[(Int, Int, Option[Int])] = values.map(v => answer(Some(v)))
-    def link: Seq[Boolean]                                  = (0 until 3).map(dut.link(_).peek().litToBoolean)
+    def link: Seq[Boolean]                                  = (0 until 3).map(dut.link(_).peekBoolean())
 
     /** All three ports as they should be. */
     def round(): Unit = answers(0, 0x0101, 0x1000, 0x24, 0x100, 0, 0x0101, 0x1000, 0x24, 0x100, 0x2100, 4)
@@ -78,20 +78,20 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
         b.answers(0x3100, 0, 4).map(a => (a._1, a._2, a._3)) ==
           Seq((2, 0, None), (2, 0, Some(0x2100)), (2, 1, None))
       )
-      assert(Seq(0, 1, 2).map(b.dut.status(_).configured.peek().litToBoolean) == Seq(true, false, true))
+      assert(Seq(0, 1, 2).map(b.dut.status(_).configured.peekBoolean()) == Seq(true, false, true))
     },
     check("LNK-04, B-94: after a question without an answer comes the next port, and each is asked again") {
       b =>
         b.round()
         for (_ <- 0 until 2; y <- 0 until 3) assert(b.answer(None)._1 == y)
-        assert(Seq(0, 1, 2).forall(b.dut.status(_).pollError.peek().litToBoolean))
+        assert(Seq(0, 1, 2).forall(b.dut.status(_).pollError.peekBoolean()))
         b.dut.signal(1).poke(false)
         assert(b.link == Seq(true, false, true), "as the inputs are")
         assert(b.answers(0).head == ((0, 9, None)), "the configuration again")
     },
     check("LNK-06, B-94: a PHY in its reset has not answered, and is configured behind that") { b =>
       b.answers(0, 0x0101, 0x9000)
-      assert(b.dut.status(0).pollError.peek().litToBoolean)
+      assert(b.dut.status(0).pollError.peekBoolean())
       b.answers(0, 0x0101, 0x1000, 0x24, 0x100)
       assert(b.answers(0xa100).head == ((2, 0, None)), "fibre")
       assert(b.answers(0, 0x01e1, 0).map(a => (a._1, a._2)) == Seq(0 -> 9, 0 -> 4, 0 -> 4))
@@ -117,12 +117,12 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
       b.answers(0x24, 0x100)
       assert(b.answers(0x1000).head == ((1, 0, None)))
       b.dut.access.done.poke(true)
-      assert(b.dut.restarted(1).peek().litToBoolean && !b.dut.restarted(0).peek().litToBoolean)
+      assert(b.dut.restarted(1).peekBoolean() && !b.dut.restarted(0).peekBoolean())
       b.dut.access.done.poke(false)
       assert(b.answer(Some(0)) == ((1, 0, Some(0x1200))))
       b.dut.restart(1).poke(false)
       assert(b.answers(0x24, 0x100, 4).map(a => (a._1, a._2)) == Seq(1 -> 1, 1 -> 5, 2 -> 1))
-      assert(!b.dut.status(1).configured.peek().litToBoolean)
+      assert(!b.dut.status(1).configured.peekBoolean())
     }
   )
 }

@@ -83,7 +83,7 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
       dut.clock.step()
       cycle += 1
     }
-    private def is(signal: Bool) = signal.peek().litToBoolean
+    private def is(signal: Bool) = signal.peekBoolean()
 
     /** One access; what was read, or None if no PHY answered, and the cycles it took. */
     def access(
@@ -109,14 +109,14 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
         assert(cycles < 40000, "never done")
       }
       dut.delays.poke(false)
-      val result = Option.when(!is(dut.silent))(dut.data.peek().litValue.toInt)
+      val result = Option.when(!is(dut.silent))(dut.data.peekInt().toInt)
       step()
       dut.run.poke(false)
       (result, cycles)
     }
     def stored(phy: Int, register: Int): Int = {
       dut.at.poke(phy << 5 | register)
-      dut.value.peek().litValue.toInt
+      dut.value.peekInt().toInt
     }
   }
   private def binary(value: Int, width: Int) = (width - 1 to 0 by -1).map(i => Option(value >> i & 1))
@@ -165,7 +165,7 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
           while (b.bits.size < at) b.step()
           dut.reset.poke(true.B)
           dut.clock.step()
-          assert(!dut.enable.peek().litToBoolean && !dut.mdc.peek().litToBoolean, s"bit $at")
+          assert(!dut.enable.peekBoolean() && !dut.mdc.peekBoolean(), s"bit $at")
           val again = new Bench(dut)
           assert(again.access(isWrite = true, 9, 6, 0x1000 | at)._1.contains(0x1000 | at))
           assert(again.stored(9, 6) == (0x1000 | at))

@@ -46,9 +46,9 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
     dut.pins.mdio_in.poke(true) // no PHY
     dut.clock.step()
 
-    def shows(field: String): Int   = dut.status.uint(field).peek().litValue.toInt
-    def may(guard: String): Boolean = dut.guard.pulse(guard).peek().litToBoolean
-    def mdc: Boolean                = dut.pins.mdc.peek().litToBoolean
+    def shows(field: String): Int   = dut.status.uint(field).peekInt().toInt
+    def may(guard: String): Boolean = dut.guard.pulse(guard).peekBoolean()
+    def mdc: Boolean                = dut.pins.mdc.peekBoolean()
     def write(address: Int, byte: Int, byHost: Boolean = false): Unit = {
       dut.registerWrite.valid.poke(true)
       dut.registerWrite.bits.address.poke(address)
@@ -90,7 +90,7 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
     /** Cycles until the access at hand is done. */
     def untilDone(most: Int = 2400): Int = {
       var cycles = 0
-      while (!own.done.peek().litToBoolean) {
+      while (!own.done.peekBoolean()) {
         dut.clock.step()
         cycles += 1
         assert(cycles <= most, "the access is not done")
@@ -107,7 +107,7 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
       (0 until 32).foreach(_ => rise())
       (0 until 32).foldLeft(0) { (word, _) =>
         rise()
-        word << 1 | dut.pins.mdio_out.peek().litValue.toInt
+        word << 1 | dut.pins.mdio_out.peekInt().toInt
       }
     }
   }
@@ -240,8 +240,8 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
           for (silent <- Seq(false, true)) {
             b.dut.pins.mdio_in.poke(silent)
             b.untilDone()
-            assert(b.own.silent.peek().litToBoolean == silent)
-            assert(b.own.answer.peek().litValue.toInt == (if (silent) 0xffff else 0))
+            assert(b.own.silent.peekBoolean() == silent)
+            assert(b.own.answer.peekInt().toInt == (if (silent) 0xffff else 0))
             b.dut.clock.step()
             assert(b.shows("mi_read_error") == 0 && b.shows("mi_data") == 0)
           }

@@ -2,6 +2,7 @@ package flyframe.mii
 
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Simulation
 import flyframe.model.{Fcs, Symbol, WireFrame}
 
 /** The receiver alone: what it makes of a frame (B-01 to B-03) and what it counts (ERR-02). */
@@ -31,7 +32,7 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
   /** A slot is two cycles, so that what must come once per slot is seen to. */
   private def receive(symbols: Seq[Symbol], trouble: Map[Int, Trouble] = Map.empty): Seen = {
     var seen = Seen()
-    test(new MiiReceiver) { dut =>
+    test(new MiiReceiver).withAnnotations(Simulation.annotations(this, "receiver")) { dut =>
       dut.clock.setTimeout(0)
       val all = symbols.map(Option(_)) ++ Seq.fill(4)(None)
       for ((symbol, i) <- all.zipWithIndex) {
@@ -45,36 +46,36 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
         for (tick <- Seq(false, true)) {
           dut.tick.poke(tick)
           dut.cut.poke(now.contains(Cut) && !tick)
-          def count(event: chisel3.Bool) = if (event.peek().litToBoolean) 1 else 0
+          def count(event: chisel3.Bool) = if (event.peekBoolean()) 1 else 0
           seen = seen.copy(
             invalid = seen.invalid + count(dut.events.invalidFrame),
             forwarded = seen.forwarded + count(dut.events.forwardedError),
             rxEr = seen.rxEr + count(dut.events.rxEr),
             good = seen.good + count(dut.events.goodFrame)
           )
-          if (tick && dut.out.valid.peek().litToBoolean) {
+          if (tick && dut.out.valid.peekBoolean()) {
             assert(seen.ends == 0 && count(dut.out.end) == 0, "nothing comes behind the end")
             seen = seen.copy(
-              nibbles = seen.nibbles :+ dut.out.data.peek().litValue.toInt,
+              nibbles = seen.nibbles :+ dut.out.data.peekInt().toInt,
               payload = seen.payload + count(dut.out.payload)
             )
-          } else if (tick && dut.out.end.peek().litToBoolean) {
+          } else if (tick && dut.out.end.peekBoolean()) {
             val payload = seen.nibbles.takeRight(seen.payload)
-            assert(dut.out.payload.peek().litToBoolean == seen.nibbles.contains(0xd), "behind the SFD")
+            assert(dut.out.payload.peekBoolean() == seen.nibbles.contains(0xd), "behind the SFD")
             if (payload.nonEmpty) {
               val bytes = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
-              assert(dut.out.crcGood.peek().litToBoolean == Fcs.good(bytes), "the FCS up to here")
+              assert(dut.out.crcGood.peekBoolean() == Fcs.good(bytes), "the FCS up to here")
             }
             seen = seen.copy(
-              bad = dut.out.bad.peek().litToBoolean,
-              odd = payload.nonEmpty && dut.out.odd.peek().litToBoolean,
+              bad = dut.out.bad.peekBoolean(),
+              odd = payload.nonEmpty && dut.out.odd.peekBoolean(),
               ends = seen.ends + 1
             )
           } else assert(!tick || seen.nibbles.isEmpty || seen.ends == 1, "no hole in a frame")
           dut.clock.step()
         }
       }
-      assert(dut.idle.peek().litToBoolean)
+      assert(dut.idle.peekBoolean())
     }
     assert(seen.ends == 1, "a frame has one end")
     seen
@@ -167,19 +168,20 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
       assert(seen.bad && seen.nibbles == nibbles(good.take(at)) && seen.counts == invalid, s"$trouble at $at")
     }
   }
-  "PHY-03: a receiver" should "not start before the symbol is settled" in test(new MiiReceiver) { dut =>
-    dut.tick.poke(true)
-    dut.symbols.available.poke(true)
-    dut.symbols.symbol.dv.poke(true)
-    dut.symbols.symbol.data.poke(5)
-    for (_ <- 0 until 5) {
-      dut.symbols.take.expect(false)
+  "PHY-03: a receiver" should "not start before the symbol is settled" in test(new MiiReceiver)
+    .withAnnotations(Simulation.annotations(this, "receiver")) { dut =>
+      dut.tick.poke(true)
+      dut.symbols.available.poke(true)
+      dut.symbols.symbol.dv.poke(true)
+      dut.symbols.symbol.data.poke(5)
+      for (_ <- 0 until 5) {
+        dut.symbols.take.expect(false)
+        dut.clock.step()
+        dut.idle.expect(true)
+      }
+      dut.symbols.settled.poke(true)
+      dut.symbols.take.expect(true)
       dut.clock.step()
-      dut.idle.expect(true)
+      dut.idle.expect(false)
     }
-    dut.symbols.settled.poke(true)
-    dut.symbols.take.expect(true)
-    dut.clock.step()
-    dut.idle.expect(false)
-  }
 }

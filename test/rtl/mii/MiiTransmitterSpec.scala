@@ -1,6 +1,7 @@
 package flyframe.mii
 
 import chiseltest._
+import flyframe.Simulation
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** The transmitter alone: how it ends frames (B-04). */
@@ -23,7 +24,7 @@ class MiiTransmitterSpec extends AnyFlatSpec with ChiselScalatestTester {
       sfd: Boolean = true
   ): Seq[Int] = {
     var sent = Vector.empty[Int]
-    test(new MiiTransmitter) { dut =>
+    test(new MiiTransmitter).withAnnotations(Simulation.annotations(this, "transmitter")) { dut =>
       dut.txEn.expect(false)
       for ((nibble, i) <- (nibbles.map(Option(_)) ++ Seq.fill(6)(None)).zipWithIndex) {
         val end = i == nibbles.size
@@ -36,10 +37,10 @@ class MiiTransmitterSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.in.odd.poke(if (end) odd else i % 3 == 0)
         dut.in.crcGood.poke(if (end) crcGood else i % 5 < 2)
         for (tick <- Seq(false, true, false)) {
-          val before = (dut.txEn.peek().litToBoolean, dut.txd.peek().litValue)
+          val before = (dut.txEn.peekBoolean(), dut.txd.peekInt())
           dut.tick.poke(tick)
           dut.clock.step()
-          val now = (dut.txEn.peek().litToBoolean, dut.txd.peek().litValue)
+          val now = (dut.txEn.peekBoolean(), dut.txd.peekInt())
           if (!tick) assert(now == before, "pins change with the tick only")
           else if (now._1) {
             assert(sent.size == i, "no gap, and no delay beyond the tick")

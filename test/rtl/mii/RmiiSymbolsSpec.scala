@@ -24,13 +24,13 @@ class RmiiSymbolsSpec extends AnyFlatSpec with SharedSimulation {
       dut.crsDv.poke(half.crsDv)
       dut.rxd.poke(half.rxd)
       dut.rxEr.poke(half.er)
-      val dv    = dut.symbol.dv.peek().litToBoolean
-      val er    = dut.symbol.er.peek().litToBoolean
-      val valid = dut.valid.peek().litToBoolean
+      val dv    = dut.symbol.dv.peekBoolean()
+      val er    = dut.symbol.er.peekBoolean()
+      val valid = dut.valid.peekBoolean()
       assert(!valid || last > 1)
       last = if (valid) 1 else last + 1
       val symbol = Option.when(valid && (dv || er))(
-        (dv, er, if (dv) dut.symbol.data.peek().litValue.toInt else 0)
+        (dv, er, if (dv) dut.symbol.data.peekInt().toInt else 0)
       )
       dut.clock.step()
       symbol

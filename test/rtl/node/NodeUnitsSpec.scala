@@ -11,7 +11,7 @@ class NodeUnitsSpec extends AnyFlatSpec with ChiselScalatestTester {
     test(new TimeQuanta) { dut =>
       dut.clock.setTimeout(0)
       def quanta(cycles: Int) = (1 to cycles).count { _ =>
-        val is = dut.quantum.peek().litToBoolean
+        val is = dut.quantum.peekBoolean()
         dut.clock.step()
         is
       }
@@ -61,7 +61,7 @@ class NodeUnitsSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.host.req.poke(true)
       dut.clock.step(2)
       dut.host.write.poke(false)
-      assert((dut.host.rdata.peek().litValue & 0xff) == 0x0f)
+      assert((dut.host.rdata.peekInt() & 0xff) == 0x0f)
       dut.control.address.expect(0x0f)
     }
 
@@ -76,7 +76,7 @@ class NodeUnitsSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.host.ack.expect(false)
         dut.clock.step()
         dut.host.ack.expect(true)
-        val answer = dut.host.rdata.peek().litValue
+        val answer = dut.host.rdata.peekInt()
         dut.clock.step()
         dut.host.req.poke(false)
         dut.clock.step()

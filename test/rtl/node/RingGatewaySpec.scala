@@ -38,12 +38,12 @@ class RingGatewaySpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.host.be.poke(1)
       dut.host.req.poke(true)
       var cycles = 0
-      while (!dut.host.ack.peek().litToBoolean) {
+      while (!dut.host.ack.peekBoolean()) {
         dut.clock.step()
         cycles += 1
         assert(cycles < 5000, f"no answer at 0x$address%04x")
       }
-      val read = dut.host.rdata.peek().litValue.toInt
+      val read = dut.host.rdata.peekInt().toInt
       dut.clock.step()
       dut.host.req.poke(false)
       dut.clock.step()
@@ -80,7 +80,7 @@ class RingGatewaySpec extends AnyFlatSpec with ChiselScalatestTester {
       host.write(Space + NodeRegisters.Mask, 1 << RingRegisters.PortEvent)
       dut.irq.expect(false)
       var cycles = 0
-      while (!dut.ringIrq.peek().litToBoolean) {
+      while (!dut.ringIrq.peekBoolean()) {
         dut.clock.step(100)
         cycles += 100
         assert(cycles < 300000, "no port came up")

@@ -33,7 +33,7 @@ class RtlRingNode(dut: RingNode, lanes: Int) extends FibreUnderTest {
   def cycle: Long                               = cycles
   def light(port: Int): Boolean                 = lights(port)
   def bus(drive: Boolean): Boolean              = true
-  def interrupt: Boolean                        = dut.irq.peek().litToBoolean
+  def interrupt: Boolean                        = dut.irq.peekBoolean()
   def setBit(quanta: Int, prescaler: Int): Unit = ()
 
   def step(drive: Boolean, light1: Int, light2: Int, signal: Int): Unit = {
@@ -41,12 +41,12 @@ class RtlRingNode(dut: RingNode, lanes: Int) extends FibreUnderTest {
     poke(1, (light2 & 1) == 1, (signal & 2) == 2)
     dut.clock.step()
     cycles += 1
-    if (asks && host.ack.peek().litToBoolean) {
+    if (asks && host.ack.peekBoolean()) {
       asks = false
-      answer = host.rdata.peek().litValue.toLong
+      answer = host.rdata.peekInt().toLong
       host.req.poke(false)
     }
-    for (n <- 0 to 1) lights(n) = optical(n).tx.peek().litToBoolean
+    for (n <- 0 to 1) lights(n) = optical(n).tx.peekBoolean()
   }
 
   private def access(address: Int, be: Int, write: Option[Long]): Unit = {

@@ -48,7 +48,7 @@ class PlantNetworkSpec extends AnyFlatSpec with SharedSimulation {
   import UdpPackets._
   private val node        = End(0x021022334455L, 0xc0a80105L, 5005)
   private val server      = End(0x0a0b0c0d0e0fL, 0xc0a801feL, 0x88a5)
-  private def is(b: Bool) = b.peek().litToBoolean
+  private def is(b: Bool) = b.peekBoolean()
 
   private class Driver(dut: PlantNetworkBench) {
     var frames                = Vector.empty[Vector[Int]]
@@ -65,15 +65,15 @@ class PlantNetworkSpec extends AnyFlatSpec with SharedSimulation {
 
     def step(): Unit = {
       if (is(dut.isOf)) {
-        if (is(dut.out.valid)) frame :+= dut.out.bits.peek().litValue.toInt
+        if (is(dut.out.valid)) frame :+= dut.out.bits.peekInt().toInt
         if (is(dut.end.valid)) {
           assert(is(dut.end.bits), "a bad frame has left")
           frames :+= frame.dropRight(4)
           frame = Vector.empty
         }
-        received += dut.events.received.peek().litValue.toInt
-        sent += dut.events.sent.peek().litValue.toInt
-        links += dut.events.link.peek().litValue.toInt
+        received += dut.events.received.peekInt().toInt
+        sent += dut.events.sent.peekInt().toInt
+        links += dut.events.link.peekInt().toInt
       }
       dut.clock.step()
     }
@@ -92,7 +92,7 @@ class PlantNetworkSpec extends AnyFlatSpec with SharedSimulation {
         waited += 1
         assert(waited < 10, "no answer")
       }
-      val data = dut.host.rdata.peek().litValue >> (8 * shift)
+      val data = dut.host.rdata.peekInt() >> (8 * shift)
       step()
       dut.host.req.poke(false)
       step()

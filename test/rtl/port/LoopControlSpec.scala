@@ -20,9 +20,9 @@ class LoopControlSpec extends AnyFlatSpec with ChiselScalatestTester {
     def link(up: Boolean*): Unit      = { all.foreach(y => dut.link(y).poke(up(y))); dut.clock.step() }
     def setting(values: Int*): Unit   = { all.foreach(y => dut.setting(y).poke(values(y))); dut.clock.step() }
     def quiet(port: Int, is: Boolean) = dut.quiet(port).poke(is)
-    def open: Seq[Boolean]            = all.map(dut.open(_).peek().litToBoolean)
-    def closed: Seq[Boolean]          = all.map(dut.reportClosed(_).peek().litToBoolean)
-    def circulating: Boolean          = dut.circulating.peek().litToBoolean
+    def open: Seq[Boolean]            = all.map(dut.open(_).peekBoolean())
+    def closed: Seq[Boolean]          = all.map(dut.reportClosed(_).peekBoolean())
+    def circulating: Boolean          = dut.circulating.peekBoolean()
     def pulse(signal: Bool): Unit = {
       signal.poke(true)
       dut.clock.step()

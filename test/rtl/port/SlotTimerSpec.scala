@@ -9,7 +9,7 @@ class SlotTimerSpec extends AnyFlatSpec with ChiselScalatestTester {
   private def ticks(dut: SlotTimer, length: Int, reference: Int => Boolean): Seq[Int] =
     (0 until length).filter { c =>
       dut.reference.poke(reference(c))
-      val now = dut.tick.peek().litToBoolean
+      val now = dut.tick.peekBoolean()
       dut.clock.step()
       now
     }

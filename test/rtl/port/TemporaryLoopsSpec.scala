@@ -18,12 +18,12 @@ class TemporaryLoopsSpec extends AnyFlatSpec with ChiselScalatestTester {
     for ((s, y) <- settings.zipWithIndex) dut.setting(y).poke(s)
   }
   private def former(dut: TemporaryLoops): Seq[Int] =
-    (0 until p.ports).map(dut.former(_).peek().litValue.toInt)
+    (0 until p.ports).map(dut.former(_).peekInt().toInt)
 
   /** Steps until the settings come back, at most `limit` cycles. */
   private def untilRestore(dut: TemporaryLoops, limit: Int): Option[Int] = {
     val waited = (0 until limit).iterator.takeWhile { _ =>
-      val waits = !dut.restore.peek().litToBoolean
+      val waits = !dut.restore.peekBoolean()
       if (waits) dut.clock.step()
       waits
     }.size

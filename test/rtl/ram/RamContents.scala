@@ -9,9 +9,9 @@ class RamContents(use: RamUse, size: Int) {
 
   /** A cycle. */
   def step(clock: Clock): Unit = {
-    val read = words(use.readAddress.peek().litValue.toInt)
-    if (use.write.peek().litToBoolean)
-      words(use.writeAddress.peek().litValue.toInt) = use.writeData.peek().litValue
+    val read = words(use.readAddress.peekInt().toInt)
+    if (use.write.peekBoolean())
+      words(use.writeAddress.peekInt().toInt) = use.writeData.peekInt()
     clock.step()
     use.readData.poke(read)
   }

@@ -28,9 +28,9 @@ class EventCountersSpec extends AnyFlatSpec with SharedSimulation {
     def read(i: Int, events: Set[Int] = Set.empty): Int = {
       val (address, group) = counters(i)
       dut.readAddress.poke(address / lanes % (1 << dut.readAddress.getWidth))
-      val valid            = dut.valid(dut.groups.indexOf(group)).peek().litToBoolean
+      val valid            = dut.valid(dut.groups.indexOf(group)).peekBoolean()
       step(events)
-      if (valid) (dut.data.peek().litValue >> (8 * (address % lanes)) & 0xff).toInt else 0
+      if (valid) (dut.data.peekInt() >> (8 * (address % lanes)) & 0xff).toInt else 0
     }
     def reset(): Unit = {
       dut.reset.poke(true.B)

@@ -3,20 +3,21 @@ package flyframe.relay
 import chisel3._
 import chisel3.util.Valid
 import chiseltest._
+import flyframe.Simulation
 import flyframe.can.{BitStream, BitTimingModel}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
 /** [[LinkBits]] with what its setting becomes. */
 class LinkBitsUnderTest extends Module {
-  val bit     = IO(Input(UInt(8.W)))
+  val length  = IO(Input(UInt(8.W))) // of a bit
   val restart = IO(Input(Bool()))
   val heard   = IO(Input(Bool()))
   val hard    = IO(Input(Bool()))
   val sample  = IO(Output(Valid(Bool())))
 
   private val unit = Module(new LinkBits)
-  unit.setting := LinkSetting.of(bit)
+  unit.setting := LinkSetting.of(length)
   unit.restart := restart
   unit.heard   := heard
   unit.hard    := hard
@@ -25,7 +26,7 @@ class LinkBitsUnderTest extends Module {
 
 class LinkBitsSpec extends AnyFlatSpec with ChiselScalatestTester {
   "FR-40, RB-05: bits of every length" should "be sampled as by the model, whatever is heard" in
-    test(new LinkBitsUnderTest) { dut =>
+    test(new LinkBitsUnderTest).withAnnotations(Simulation.annotations(this, "bits")) { dut =>
       val random  = new Random(1)
       var samples = 0
       for (cycles <- 25 to 250 by 5) {
@@ -39,7 +40,7 @@ class LinkBitsSpec extends AnyFlatSpec with ChiselScalatestTester {
           def level: Boolean              = true
         }
         val model = new BitTimingModel(LinkTiming(cycles).setting, bits)
-        dut.bit.poke(cycles)
+        dut.length.poke(cycles)
         dut.restart.poke(false)
         dut.heard.poke(true)
         dut.clock.step(2)

@@ -1,6 +1,7 @@
 package flyframe.relay
 
 import chiseltest._
+import flyframe.Simulation
 import flyframe.can.CanFrame
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.collection.mutable.ArrayBuffer
@@ -53,7 +54,7 @@ class LinkReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
 
   "FR-41 to FR-43, FR-45, RB-01 to RB-04: a receiver" should "tell with each bit what the model tells" in
-    test(new LinkReceiver) { dut =>
+    test(new LinkReceiver).withAnnotations(Simulation.annotations(this, "receiver")) { dut =>
       val random = new Random(1)
       val told   = new Told
       val model  = new LinkReceiverModel(told)

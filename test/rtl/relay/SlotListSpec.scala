@@ -45,13 +45,13 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.walk.poke(true)
       for (n <- 1 to SlotList.walkCycles(p)) {
         dut.keeps.poke(random.nextBoolean())
-        if (dut.entry.valid.peek().litToBoolean) {
+        if (dut.entry.valid.peekBoolean()) {
           val entry = dut.entry.bits.peek()
           val slot  = entry.slot.litValue.toInt
           seen :+= ((slot, entry.place.litValue.toInt, entry.sameAsNext.litToBoolean))
           dut.keeps.poke(kept(slot))
         }
-        if (dut.appended.peek().litToBoolean) appended += 1
+        if (dut.appended.peekBoolean()) appended += 1
         cycle()
         if (n == 1) dut.walk.poke(false)
       }

@@ -41,7 +41,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
     val led   = dut.led.get.linkact
     val frame = WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0)))))
 
-    def lit = led.map(_.peek().litToBoolean)
+    def lit = led.map(_.peekBoolean())
     bench.setLink(1, up = false)
     assert(lit == Seq(true, false))
     bench.setLink(1, up = true)
@@ -56,7 +56,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
   }
 
   private class Start(dut: ControllerUnderTest) extends Steps(new RtlBench(dut, p)) {
-    private def is(signal: Bool): Boolean = signal.peek().litToBoolean
+    private def is(signal: Bool): Boolean = signal.peekBoolean()
 
     def start(): Unit = {
       def loaded = is(dut.eepromLoaded.get)

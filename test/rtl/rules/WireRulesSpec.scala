@@ -71,8 +71,8 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
           dut.host.write.poke(false)
           dut.host.be.poke(1 << lane)
           dut.host.req.poke(true)
-        } else if (now > begin && first.isEmpty && dut.host.ack.peek().litToBoolean) {
-          first = Some(dut.host.rdata.peek().litValue >> 8 * lane & 0xff)
+        } else if (now > begin && first.isEmpty && dut.host.ack.peekBoolean()) {
+          first = Some(dut.host.rdata.peekInt() >> 8 * lane & 0xff)
           dut.host.req.poke(false)
         }
       )
@@ -86,7 +86,7 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
   }
 
   private def phyReset(dut: ControllerUnderTest): Unit = {
-    def released = dut.phyResetN.peek().litToBoolean
+    def released = dut.phyResetN.peekBoolean()
     for (_ <- 0 until 2) { // the second time out of operation
       dut.reset.poke(true.B)
       for (_ <- 0 until 10) {

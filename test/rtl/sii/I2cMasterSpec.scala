@@ -12,13 +12,13 @@ class I2cMasterSpec extends AnyFlatSpec with SharedSimulation {
   private class Bench(dut: I2cMaster) extends Assertions {
     val eeprom         = new I2cEeprom(Array.tabulate(256)(i => (i * 91 + 7) & 0xff), false)
     var done           = false
-    def scl: Boolean   = !dut.sclLow.peek().litToBoolean
-    def sda: Boolean   = !dut.sdaLow.peek().litToBoolean
-    def ready: Boolean = dut.command.ready.peek().litToBoolean
+    def scl: Boolean   = !dut.sclLow.peekBoolean()
+    def sda: Boolean   = !dut.sdaLow.peekBoolean()
+    def ready: Boolean = dut.command.ready.peekBoolean()
     def step(): Unit = {
       eeprom.step(scl, sda && !eeprom.pulls)
       dut.sda.poke(sda && !eeprom.pulls)
-      done = dut.done.peek().litToBoolean
+      done = dut.done.peekBoolean()
       if (done) assert(!ready)
       dut.clock.step()
     }
@@ -35,8 +35,8 @@ class I2cMasterSpec extends AnyFlatSpec with SharedSimulation {
       var result = (0, false)
       var waited = 0
       do {
-        if (dut.done.peek().litToBoolean)
-          result = (dut.received.peek().litValue.toInt, dut.acknowledged.peek().litToBoolean)
+        if (dut.done.peekBoolean())
+          result = (dut.received.peekInt().toInt, dut.acknowledged.peekBoolean())
         step()
         waited += 1
         assert(waited < 10000, "never done")

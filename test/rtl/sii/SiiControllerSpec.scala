@@ -452,8 +452,8 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
 
   /** One core cycle. */
   def step(): Unit = {
-    val scl = !dut.lines.get.sclLow.peek().litToBoolean
-    val sda = !dut.lines.get.sdaLow.peek().litToBoolean
+    val scl = !dut.lines.get.sclLow.peekBoolean()
+    val sda = !dut.lines.get.sdaLow.peekBoolean()
     eeprom.step(scl, sda && !eeprom.pulls)
     line = line.tail :+ (sda && !eeprom.pulls)
     dut.lines.get.sda.poke(line.head)
@@ -464,10 +464,10 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
     val (mayWrite, mayRead) = (random.nextBoolean(), random.nextBoolean()) // memory is shared
     dut.write.ready.poke(mayWrite)
     dut.read.ready.poke(mayRead)
-    if (mayRead && dut.read.valid.peek().litToBoolean) asked = Some(dut.read.bits.peek().litValue.toInt)
-    if (mayWrite && dut.write.valid.peek().litToBoolean) {
+    if (mayRead && dut.read.valid.peekBoolean()) asked = Some(dut.read.bits.peekInt().toInt)
+    if (mayWrite && dut.write.valid.peekBoolean()) {
       val (address, byte) =
-        (dut.write.bits.address.peek().litValue.toInt, dut.write.bits.data.peek().litValue.toInt)
+        (dut.write.bits.address.peekInt().toInt, dut.write.bits.data.peekInt().toInt)
       ram(address) = byte
       if (address < 0x500) present(address, byte)
       else assert((0x508 to 0x50f).contains(address) || (0x560 to 0x56f).contains(address), "where else?")
@@ -536,14 +536,14 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
   }
   def registersBusy(busy: Boolean): Unit = dut.registersBusy.poke(busy)
 
-  def busy: Boolean          = dut.busy.peek().litToBoolean
-  def notLoaded: Boolean     = dut.notLoaded.peek().litToBoolean
-  def loading: Boolean       = dut.loading.peek().litToBoolean
-  def checksumError: Boolean = dut.checksumError.peek().litToBoolean
-  def commandError: Boolean  = dut.commandError.peek().litToBoolean
-  def writeError: Boolean    = dut.writeError.peek().litToBoolean
-  def writeEnable: Boolean   = dut.writeEnable.peek().litToBoolean
-  def ecatMay: Boolean       = dut.ecatMayWrite.peek().litToBoolean
-  def pdiMay: Boolean        = dut.pdiMayWrite.peek().litToBoolean
-  def shown: Int             = dut.command.peek().litValue.toInt
+  def busy: Boolean          = dut.busy.peekBoolean()
+  def notLoaded: Boolean     = dut.notLoaded.peekBoolean()
+  def loading: Boolean       = dut.loading.peekBoolean()
+  def checksumError: Boolean = dut.checksumError.peekBoolean()
+  def commandError: Boolean  = dut.commandError.peekBoolean()
+  def writeError: Boolean    = dut.writeError.peekBoolean()
+  def writeEnable: Boolean   = dut.writeEnable.peekBoolean()
+  def ecatMay: Boolean       = dut.ecatMayWrite.peekBoolean()
+  def pdiMay: Boolean        = dut.pdiMayWrite.peekBoolean()
+  def shown: Int             = dut.command.peekInt().toInt
 }

@@ -27,11 +27,11 @@ class AreaScanSpec extends AnyFlatSpec with SharedSimulation {
     dut.entry.takesPart.poke(false)
     dut.clock.step() // the second of the two cycles; the first was that of the last entry
     val r = dut.result
-    Option.when(r.hit.peek().litToBoolean)(
+    Option.when(r.hit.peekBoolean())(
       Found(
-        r.index.peek().litValue.toInt,
-        r.first.peek().litToBoolean,
-        r.last.peek().litToBoolean
+        r.index.peekInt().toInt,
+        r.first.peekBoolean(),
+        r.last.peekBoolean()
       )
     )
   }

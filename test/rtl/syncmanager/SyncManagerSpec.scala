@@ -31,7 +31,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     private var enabled       = false
     private var deactivated   = false
     private val single        = length == 1
-    private def is(b: chisel3.Bool) = b.peek().litToBoolean
+    private def is(b: chisel3.Bool) = b.peekBoolean()
 
     for (port <- Seq(dut.ecat, dut.pdi)) {
       port.index.poke(0)
@@ -91,7 +91,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       if (byWrite) to.access.acknowledge.poke(0)
       step()
       val a = to.answer
-      Answer(is(a.allowed), is(a.inBuffer), a.buffer.peek().litValue.toInt, is(a.works), is(a.locked))
+      Answer(is(a.allowed), is(a.inBuffer), a.buffer.peekInt().toInt, is(a.works), is(a.locked))
     }
 
     def works(enable: Boolean, deactivate: Boolean): Unit = {
@@ -140,7 +140,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     private def status(number: Int): Int = {
       dut.statusIndex.poke(number)
       step()
-      dut.status.peek().litValue.toInt
+      dut.status.peekInt().toInt
     }
 
     /** An access to byte `offset`: the byte of the area it leads to, if it is allowed. */
@@ -244,8 +244,8 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       ) {
         dut.state.behind.poke(behind)
         dut.access.address.poke(at)
-        assert(dut.after.gap.peek().litValue == (if (at > behind) 1 else 0), f"0x$at%x behind 0x$behind%x")
-        assert(dut.after.behind.peek().litValue == (if (at == behind) at + 1 else behind))
+        assert(dut.after.gap.peekInt() == (if (at > behind) 1 else 0), f"0x$at%x behind 0x$behind%x")
+        assert(dut.after.behind.peekInt() == (if (at == behind) at + 1 else behind))
       }
     }
   )
@@ -260,14 +260,14 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
         dut.noFrame.poke(noFrame)
         dut.changes.poke(false)
         dut.clock.step()
-        dut.active.peek().litToBoolean
+        dut.active.peekBoolean()
       }
       assert(!set() && !set(isOn = false, enable = Some(0)), "nothing to read")
       assert(!set(isOn = false, enable = Some(0), noFrame = false), "nor in a frame")
       assert(set(enable = Some(0)) && set(isOn = false, noFrame = false) && set(noFrame = false))
       assert(set(isOn = false, noFrame = false) && !set(isOn = false))
-      assert(set(enable = Some(0)) && !set(enable = Some(1)) && dut.restarts.peek().litToBoolean)
-      assert(!set() && !dut.restarts.peek().litToBoolean)
+      assert(set(enable = Some(0)) && !set(enable = Some(1)) && dut.restarts.peekBoolean())
+      assert(!set() && !dut.restarts.peekBoolean())
     }
   )
 
