@@ -111,6 +111,8 @@ lazy val flyframe = (project in file("."))
     floor("flyframe"),
     chisel,
     Compile / mainClass := Some("flyframe.Main"),
+    // The server's tests wait much, so they go first: beside those of the RTL.
+    Test / test := Def.sequential((LocalProject("server") / Test / test).result, Test / test).value,
     libraryDependencies ++= Seq(
       noLogging,
       "org.jfree" % "jfreechart"    % "1.5.6",

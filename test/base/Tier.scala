@@ -2,6 +2,7 @@ package flyframe
 
 import java.nio.file.{Files, Path, Paths, StandardOpenOption}
 import scala.util.Try
+import flyframe.params.EscParams
 
 /** How much of a check is done: `make test` does a sample, `make soak` does far more, and keeps what it has
   * done.
@@ -66,6 +67,12 @@ object Tier {
 
   /** `make soak` sets FLYFRAME_TIER=soak. */
   val isSoak: Boolean = sys.env.get("FLYFRAME_TIER").contains("soak")
+
+  /** A set without FMMUs and SyncManagers that a test simulates for long: in `make test` with the slowest
+    * core clock, which takes the fewest cycles for the same time on the wire; in `make soak` as it is.
+    */
+  def slowest(p: EscParams): EscParams =
+    if (isSoak) p else p.copy(coreClockMhz = if (p.isMaster || p.isRing) 50 else 25)
 
   /** Where `make soak` wants the results, from suites of several processes. */
   private val results: Option[Path] = sys.env.get("FLYFRAME_RESULTS").map(Paths.get(_))

@@ -11,12 +11,12 @@ class FaultMatrixSpec extends AnyFlatSpec {
   import FaultMatrixSpec._
 
   private val small =
-    Tier("faults and pairs of faults, then fire at each of 5 slaves, in the model", "plans", 324, 6480)
+    Tier("faults and pairs of faults, then fire at each of 5 slaves, in the model", "plans", 108, 6480)
   private val large =
-    Tier("faults and pairs of faults, then fire at each of 64 slaves, in the model", "plans", 54, 972)
+    Tier("faults and pairs of faults, then fire at each of 64 slaves, in the model", "plans", 18, 972)
 
   private val hectic =
-    Tier("cables, supplies, smoke and panel within milliseconds, in the model", "plans", 200, 20000)
+    Tier("cables, supplies, smoke and panel within milliseconds, in the model", "plans", 60, 20000)
 
   for ((size, tier) <- Seq(5 -> small, 64 -> large))
     "The fault matrix" should s"have no fire that is not signalled, with $size slaves" in {

@@ -8,7 +8,7 @@ import flyframe.Tier
   */
 class LongRunSpec extends AnyFlatSpec {
   private val tier =
-    Tier("faults once a minute and fires at random, in the model", "hours", test = 12, soak = 1440)
+    Tier("faults once a minute and fires at random, in the model", "hours", test = 6, soak = 1440)
 
   private val Hour = 3600000000L
 

@@ -14,7 +14,7 @@ class FuzzSpec extends AnyFlatSpec {
   import TransportCases._
 
   private val tier =
-    Tier("Random frames at a transport in each of its states", "frames", test = 100000, soak = 2000000)
+    Tier("Random frames at a transport in each of its states", "frames", test = 30000, soak = 2000000)
   private val Round = 100
 
   for (((name, prepare), i) <- states.zipWithIndex)

@@ -3,7 +3,7 @@ package flyframe.replay
 import java.nio.file.{Files, Path, Paths}
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.Recordings
+import flyframe.{Recordings, Tier}
 import flyframe.cosim.Harness
 import flyframe.model.{Datagram, Encapsulation, EtherCatFrame}
 import flyframe.params.{EscParams, Presets}
@@ -11,8 +11,8 @@ import flyframe.registers.AlarmRegisters
 
 /** The plain slaves, with and without a smoke detector, in one harness. */
 object Plain {
-  val ordinary: EscParams   = Presets.default.params
-  val alarm: EscParams      = Presets.named("alarm-slave").get.params
+  val ordinary: EscParams   = Tier.slowest(Presets.default.params)
+  val alarm: EscParams      = Tier.slowest(Presets.named("alarm-slave").get.params)
   lazy val harness: Harness = new Harness("plain", Seq(ordinary, alarm))
 }
 

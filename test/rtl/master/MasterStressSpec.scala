@@ -19,11 +19,11 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
     Tier(
       "64 slaves, one bit in 10,000 in error, reports lost, a host that sends",
       "rounds",
-      test = 3,
+      test = 1,
       soak = 100
     )
   private val latency =
-    Tier("64 slaves, from a detector to the report in time", "events", test = 12, soak = 1000)
+    Tier("64 slaves, from a detector to the report in time", "events", test = 4, soak = 1000)
 
   /** A started line, and what happens at its detectors. */
   private class Scene(dut: RecordedMaster) {

@@ -15,7 +15,7 @@ class RingCutsSpec extends AnyFlatSpec with SharedSimulation {
   private val Cycle  = 2200
 
   private val tier =
-    Tier("a ring of 64 slaves, cut and mended", "places and phases", test = 26, soak = (Slaves + 1L) * Phases)
+    Tier("a ring of 64 slaves, cut and mended", "places and phases", test = 13, soak = (Slaves + 1L) * Phases)
 
   together("64 slaves", new LineMaster(Slaves, 16, 2))(
     "LM-03, LM-04: a cut anywhere at any time loses no slave and one frame at most, and is located" -> {

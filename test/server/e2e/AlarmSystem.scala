@@ -11,6 +11,7 @@ import java.sql.DriverManager
 import java.util.concurrent.TimeUnit
 import scala.jdk.CollectionConverters._
 import scala.sys.process.{Process, ProcessLogger}
+import flyframe.Tier
 import flyframe.cosim.Harness
 import flyframe.params.Presets
 import flyframe.server.{Options, PageClient, Server, ServerBench}
@@ -226,7 +227,7 @@ object AlarmSystem {
   /** Between two looks at what is waited for: some tenths of a millisecond of simulated time. */
   private val PollMs = 20L
 
-  private def preset(name: String) = Presets.named(name).get.params
+  private def preset(name: String) = Tier.slowest(Presets.named(name).get.params)
 
   /** The simulator, built when it is first needed: not that of `make alarm-sim`, whose host programs see the
     * headers of generated/.

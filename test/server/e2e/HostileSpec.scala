@@ -72,6 +72,7 @@ class HostileSpec extends AnyFlatSpec {
       def accepted = ujson.read(line.ask("status"))("master")("orders").num.toInt
 
       await("all detectors are normal")(events.count(_.kind == EventKind.Detector) >= 5)
+      await("all slaves are known")(last.get.slaves.map(_.node) == (1 to 5))
       executed(Order.Test, 3)
       assert(accepted == 1)
 

@@ -8,7 +8,7 @@ import scala.util.Random
 /** Relay mode bit by bit at full load, with clocks that are off. */
 class RelayClocksSpec extends AnyFlatSpec {
   private val bits =
-    Tier("Relay mode bit by bit with clocks that are off", "bits", test = 20000, soak = 1000000)
+    Tier("Relay mode bit by bit with clocks that are off", "bits", test = 8000, soak = 1000000)
   private val Count = 6
 
   private def fullLoad(periods: IndexedSeq[Long]): RingLoad = {

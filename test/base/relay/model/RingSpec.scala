@@ -11,10 +11,10 @@ import org.scalatest.flatspec.AnyFlatSpec
 class RingSpec extends AnyFlatSpec {
   import RingLoad.Us
   private val seed   = 15L
-  private val breaks = Tier("Breaks of a ring in relay mode, 51 nodes", "breaks", test = 8, soak = 10000)
+  private val breaks = Tier("Breaks of a ring in relay mode, 51 nodes", "breaks", test = 4, soak = 10000)
   private val errors =
-    Tier("Bit errors on a ring in relay mode, 51 nodes", "frames", test = 200, soak = 100000)
-  private val limits = Tier("A full ring in relay mode, clocks at the limits", "ms", test = 40, soak = 3000)
+    Tier("Bit errors on a ring in relay mode, 51 nodes", "frames", test = 100, soak = 100000)
+  private val limits = Tier("A full ring in relay mode, clocks at the limits", "ms", test = 20, soak = 3000)
 
   private def isRight(l: RingLoad) = assert(l.wrong.isEmpty, l.wrong.take(5).mkString("\n", "\n", ""))
 

@@ -9,7 +9,7 @@ import scala.util.Random
 /** Messages over rings of golden models, in both modes, C and model as sender and as receiver. */
 class MessagesSpec extends AnyFlatSpec {
   private val inBus   = Tier("Messages over a ring in bus mode", "messages", test = 4, soak = 120)
-  private val inRelay = Tier("Messages over a ring in relay mode", "messages", test = 20, soak = 5000)
+  private val inRelay = Tier("Messages over a ring in relay mode", "messages", test = 8, soak = 5000)
 
   private def allDelivered(text: String): Unit = {
     info(text)
