@@ -46,10 +46,11 @@ void reply_no_message(struct transport *t, const struct ring_id *id, const struc
   const struct transport_message m = {
       .source = id->source, .pipe = id->pipe, .to_all = id->destination == 0, .urgent = id->urgent};
   struct transport_pipe *pipe = &t->pipes[id->source][m.to_all ? 1 : 0][id->pipe];
-  const uint16_t now_ms = (uint16_t)(now_us / 1000);
-  if (pipe->answered && (uint16_t)(now_ms - pipe->answered_ms) < PAUSE_MS) return;
+  const uint16_t now_ms = (uint16_t)(now_us / US_IN_MS);
+  /* The last time is rounded up, so that the pause is never shorter; it may be ahead by one. */
+  if (pipe->answered && (uint16_t)(now_ms + 1 - pipe->answered_ms) <= PAUSE_MS) return;
   pipe->answered = true;
-  pipe->answered_ms = now_ms;
+  pipe->answered_ms = (uint16_t)((now_us + US_IN_MS - 1) / US_IN_MS);
   if (source != 0 && pipe->has_last) {
     struct transport_message last = m;
     last.number = pipe->last;

@@ -47,7 +47,7 @@ struct transport_pipe {
   bool seen : 1;                  /* the host has got a message of it */
   bool answered : 1;
   uint8_t last;
-  uint16_t answered_ms; /* mod 65,536 */
+  uint16_t answered_ms; /* rounded up, mod 65,536 */
   uint32_t heard_s;     /* something of it has come last */
 };
 

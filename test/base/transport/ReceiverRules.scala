@@ -227,6 +227,20 @@ abstract class ReceiverRules extends TransportCases {
     assert(b.counts == Map(Counter.NoMessage -> 268))
   }
 
+  it should "be told so no sooner, wherever in a millisecond it came" in node() { b =>
+    val frame = parts(message(2000)).head
+    for (us <- 0 to 999 by 37) {
+      b.run(ms(20) + us)
+      assert(b.hear(frame) == Seq(answer(Code.Unknown, 0)))
+      for (step <- Seq(500, 8600, 899)) {
+        b.run(step)
+        assert(b.hear(frame).isEmpty, s"$us us and $step us")
+      }
+      b.run(ms(1))
+      assert(b.hear(frame) == Seq(answer(Code.Unknown, 0)), s"$us us")
+    }
+  }
+
   "CLOSE" should "drop the open message of its number and life" in node() { b =>
     def close(number: Int, life: Int = Life) = BusFrame(id(Code.Close), Seq(number, life))
     b.hear(open(3, message(20)))
