@@ -97,6 +97,38 @@ void testStart() {
   check("TB-24: what reads as ones at the start is no life", b.node.life == 0);
 }
 
+// Conflicts of addresses that come again and again.
+void testConflicts() {
+  NodeBench b;
+  const uint8_t first = b.node.transport.config.life;
+  const uint32_t stored = b.at.stored;
+  const auto clears = [&](unsigned count) {
+    bool isNew = true;
+    for (unsigned i = 0; i < count; ++i) {
+      const uint8_t last = b.at.memory[NODE_RING_LIFE];
+      b.at.conflicts(), b.run(1), ring_node_clear_conflict(&b.node);
+      isNew = isNew && b.at.memory[NODE_RING_LIFE] != last && b.at.memory[NODE_RING_LIFE] != 0;
+    }
+    return isNew;
+  };
+  check("RB-13: a node goes on in another life each time", clears(99) && b.at.clears == 99);
+  check("RB-13, GWB-09: which wears no memory", b.at.stored == stored);
+  const uint8_t last = b.at.memory[NODE_RING_LIFE];
+  b.at.memory[NODE_RING_LIFE] = 0, b.at.memory[NODE_RING_CONTROL] = 0;
+  ring_node_start(&b.node, &b.at, &b.parameters);
+  check("TP-02, TP-20, RB-13: the next start is newer by one, and another life on the links, too",
+        b.node.transport.config.life == first + 1 && b.at.memory[NODE_RING_LIFE] == first + 1 &&
+            b.at.memory[NODE_RING_LIFE] != last);
+  // The memory fails, the controller keeps its life.
+  for (unsigned count : {1u, 2u}) {
+    const uint8_t before = b.node.transport.config.life;
+    clears(count);
+    b.at.storeFails = -1, ring_node_start(&b.node, &b.at, &b.parameters);
+    const unsigned ahead = b.node.transport.config.life - before;
+    check("TP-20, RB-13: it is newer also without a memory", ahead >= 1 && ahead <= 2);
+  }
+}
+
 // For minutes nobody is there who would acknowledge a frame.
 void testAlone() {
   NodeBench b;
@@ -126,5 +158,6 @@ void testRingNode() {
   testTime(0x00), testTime(0xff);
   testOnes();
   testStart();
+  testConflicts();
   testAlone();
 }

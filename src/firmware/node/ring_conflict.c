@@ -1,7 +1,6 @@
 #include "ring_conflict.h"
 
-/* The memory of the number of starts counts each time (RB-13): so ever more rarely, if the other one is still
- * there and does the same. */
+/* Ever more rarely: each time the other one stops, if it is still there, and may do the same. */
 enum { FIRST_S = 10, LAST_S = 640, QUIET_S = 3600 };
 #define US_IN_S 1000000u
 

@@ -47,6 +47,9 @@ static void look_at_status(struct ring_node *node) {
   node->status[HELLO_VERSION] = node->parameters.version;
 }
 
+static uint32_t life_behind(uint32_t life) { return life % LIFE_MASK + 1; }
+static uint8_t life_before(uint8_t life) { return (uint8_t)(life > 1 ? life - 1 : LIFE_MASK); }
+
 /* A life that no start has used yet. If the last one has failed there is one: a store for each would wear the
  * memory out. */
 static void take_life(struct ring_node *node) {
@@ -54,8 +57,9 @@ static void take_life(struct ring_node *node) {
   uint32_t life;
   const uint32_t last = node->life;
   node->stored = start_number(node->board, LIFE_MASK, last, &life);
-  /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. */
-  if (!node->stored && last != 0) life = last % LIFE_MASK + 1;
+  /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. Two ahead:
+   * of what the controller has the transport may have been one ahead. */
+  if (!node->stored && last != 0) life = life_behind(life_behind(last));
   node->life = (uint8_t)life;
   node->life_is_new = true;
 }
@@ -83,6 +87,7 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
   const uint32_t waking = WAKING | (p->relay ? NODE_RING_MASK_CONFLICT_MASK : 0) | p->other_events;
   if (!number_holds(board, NODE_NODE_MASK, 2, waking)) return RING_NODE_SETTINGS;
   node->life_is_new = false;
+  node->link_life = node->life;
   ++node->starts;
   look_at_status(node);
   if (!node->began) {
@@ -156,12 +161,13 @@ bool ring_node_conflict(const struct ring_node *node) {
   return (node->status[HELLO_STATE] & NODE_RING_CONFLICT_MASK) != 0;
 }
 
-/* Sequences begin anew, so it is another life (RB-13): of the old one others would take nothing. */
+/* Sequences begin anew, so it is another life (RB-13): of the old one others would take nothing. It is the
+ * one before that of the start, and that one again, in turn: a number of its own would wear the memory each
+ * time, and bring the lives of later starts so far ahead that they look old (TP-20). */
 void ring_node_clear_conflict(struct ring_node *node) {
   if (!ring_node_runs(node)) return; /* the next start ends it, too */
-  take_life(node);
-  write_number(node->board, NODE_RING_LIFE, 1, node->life);
-  node->life_is_new = false;
+  node->link_life = node->link_life == node->life ? life_before(node->life) : node->life;
+  write_number(node->board, NODE_RING_LIFE, 1, node->link_life);
   const uint32_t control = read_number(node->board, NODE_RING_CONTROL, 1);
   write_number(node->board, NODE_RING_CONTROL, 1, control | NODE_RING_CLEAR_MASK);
 }

@@ -37,8 +37,9 @@ enum ring_node_fault {
   RING_NODE_GOOD,
   RING_NODE_NO_CONTROLLER, /* nothing answers, or another controller */
   RING_NODE_SETTINGS,      /* a parameter is impossible, or the controller does not hold it: nothing runs */
-  /* The non-volatile memory does not work. The life is the one behind the last, as long as the controller
-   * has that; behind a loss of power a random one: others may ignore this node for 10 s (TP-20). */
+  /* The non-volatile memory does not work. The life is one or two ahead of the last, as long as the
+   * controller has that; behind a loss of power a random one: others may ignore this node for 10 s
+   * (TP-20). */
   RING_NODE_STORE
 };
 
@@ -47,7 +48,7 @@ struct ring_node {
   struct ring_node_parameters parameters;
   enum ring_node_fault fault;
   bool began;               /* the transport has begun its life */
-  uint8_t life;             /* of the node for its links (FR-61) */
+  uint8_t life, link_life;  /* number of the controller's last start; of the node for its links (FR-61) */
   bool life_is_new, stored; /* no start has used it yet; it is in memory */
   uint32_t starts;          /* of the controller since this program began; above 1 it was reset meanwhile */
   uint64_t now_us, due_us;

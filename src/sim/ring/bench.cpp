@@ -244,7 +244,7 @@ ordered_json RingBench::statusOf(size_t i) {
     const ring_node& n = host->state();
     s["fault"] = nameOf(n.fault);
     s["life"] = n.began ? n.transport.config.life : 0;
-    s["link_life"] = n.life;
+    s["link_life"] = n.link_life;
     s["starts"] = n.starts;
     s["state"] = n.status[0];
     s["ports"] = n.status[1];
