@@ -256,12 +256,36 @@ void testBreak() {
         find(PROTOCOL_RING_PART_RING) == Bytes({3, 4}));
   for (int i = 0; i < 3; ++i) b.run(1000), broken();
   b.settle();
-  b.hello(3), b.hello(4), b.run(120);
-  check("GWB-01: both up again: the ring is whole", find(PROTOCOL_RING_PART_RING) == Bytes({0, 0}));
+  const auto whole = [&] {
+    for (uint8_t n = 2; n <= 5; ++n) b.hello(n);
+  };
+  whole(), b.run(1000), whole(), b.run(1000), whole(), b.run(900);
+  check("GWB-01: both up again: another break may not have been told yet",
+        find(PROTOCOL_RING_PART_RING).empty());
+  whole(), b.run(220);
+  check("GWB-01: three HELLO later the ring is whole", find(PROTOCOL_RING_PART_RING) == Bytes({0, 0}));
   b.settle();
   b.at.memory[NODE_RING_PORTS] = NODE_RING_UP2_MASK;
   b.hello(5, 0x04), b.run(120);
   check("GWB-01: the gateway's own port counts, too", find(PROTOCOL_RING_PART_RING) == Bytes({5, 1}));
+}
+
+// Both ends of a piece of the ring are mended within the same second; the piece is broken itself.
+void testPieceJoins() {
+  Bench b;
+  b.start();
+  const auto rest = [&](uint8_t ports3, uint8_t ports8) {
+    b.hello(2), b.hello(3, ports3), b.hello(8, ports8), b.hello(9);
+  };
+  for (int i = 0; i < 4; ++i) rest(0x04, 0x40), b.run(1000), b.settle();
+  rest(0x44, 0x44), b.hello(4), b.hello(7), b.run(800);
+  check("GWB-01: a ring is not whole while nodes that have joined may still tell of a break", [&] {
+    const auto all = b.everTold(PROTOCOL_RING_PART_RING);
+    return !all.empty() && std::all_of(all.begin(), all.end(),
+                                       [](const Bench::Part& p) { return p.data == Bytes({3, 8}); });
+  }());
+  b.hello(5, 0x04), b.hello(6, 0x40), b.run(120);
+  check("GWB-01: they tell of it", b.everTold(PROTOCOL_RING_PART_RING).back().data == Bytes({5, 6}));
 }
 
 // A program starts in a ring that was there before.
@@ -723,6 +747,7 @@ void testNonsense() {
 void testGateway() {
   testReports();
   testBreak();
+  testPieceJoins();
   testStartInRing();
   testConflict();
   testMoments();

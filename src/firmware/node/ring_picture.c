@@ -11,7 +11,7 @@ void ring_picture_look(struct ring_picture *picture, const struct ring_node *nod
   const bool starts = picture->starts != node->starts;
   *picture = (struct ring_picture){.starts = node->starts,
                                    .since_us = starts ? node->now_us : picture->since_us,
-                                   .apart_us = starts ? node->now_us : picture->apart_us};
+                                   .open_us = starts ? node->now_us : picture->open_us};
   transport_members(t, picture->present, node->now_us);
   set_bit(picture->present, own);
   uint8_t behind_1 = 0, behind_2 = 0; /* the nodes with port 1 and port 2 at a break */
@@ -32,9 +32,10 @@ void ring_picture_look(struct ring_picture *picture, const struct ring_node *nod
   picture->ends[1] = behind_1;
   const uint64_t member_us = transport_member_us(t);
   const bool heard_out = node->now_us - picture->since_us >= member_us;
-  if (picture->count == 1) picture->apart_us = node->now_us;
   if (heard_out && picture->count == 1) picture->ends[0] = picture->ends[1] = own;
-  /* The own ports come up behind a start. Who was alone has heard nothing of a break elsewhere. */
   const bool is_open = picture->ends[0] != 0 || picture->ends[1] != 0;
-  picture->known = is_told || (is_open ? heard_out : node->now_us - picture->apart_us >= member_us);
+  /* Of nodes behind a break nothing was heard. They may have one of their own, of which they tell with their
+   * next HELLO only. */
+  if (is_open || picture->count == 1) picture->open_us = node->now_us;
+  picture->known = is_told || (is_open ? heard_out : node->now_us - picture->open_us >= member_us);
 }

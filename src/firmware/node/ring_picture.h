@@ -13,7 +13,7 @@ struct ring_picture {
   bool known;        /* another node tells of a break, or each had the time to tell of one */
   uint32_t starts;   /* of the node's controller */
   uint64_t since_us; /* the last of these */
-  uint64_t apart_us; /* the last time that this node was alone, or the last start */
+  uint64_t open_us;  /* the last time that the ring was open, as far as was known, or the last start */
 };
 
 /* The picture is all 0 before the first look. */
