@@ -26,10 +26,17 @@ final class Rings(
   private val taken  = mutable.Map.empty[Int, Long]
   private val silent = mutable.Set.empty[Int]
 
+  // Rings that are not shown, to make room for others. Their gateways do not tell anew what they have told.
+  private val away = mutable.Map.empty[Int, Ring]
+
   /** After a start: what the log tells. */
-  def restore(known: Seq[Ring]): Unit = for (r <- known.take(MostRings)) {
-    rings(r.id) = r.aged
-    silent += r.id
+  def restore(known: Seq[Ring]): Unit = {
+    val (shown, others) = known.map(_.aged).splitAt(MostRings)
+    for (r <- shown) {
+      rings(r.id) = r
+      silent += r.id
+    }
+    away ++= others.map(r => r.id -> r)
   }
 
   def get(life: Life): Option[Ring] = rings.get(life.master).filter(_.life.contains(life))
@@ -43,8 +50,8 @@ final class Rings(
   /** A report counts. */
   def take(report: RingReport, sender: InetSocketAddress): Unit = {
     val id = report.life.master
-    if (!rings.contains(id) && rings.size >= MostRings) rings.values.find(mayGo).foreach(r => forget(r.id))
-    val held = rings.get(id) match {
+    if (!rings.contains(id) && rings.size >= MostRings) rings.values.find(mayGo).foreach(makeRoom)
+    val held = rings.get(id).orElse(away.remove(id)) match {
       case Some(r) if r.life.contains(report.life) => r
       case before =>
         ordersOf(id).abandon()
@@ -58,12 +65,9 @@ final class Rings(
       ordersOf(id).told(RingText.number(p.data), p.data(4) & 0xff)
   }
 
-  private def forget(id: Int): Unit = {
-    rings -= id
-    orders -= id
-    from -= id
-    taken -= id
-    silent -= id
+  private def makeRoom(r: Ring): Unit = {
+    away(r.id) = r
+    rings -= r.id
   }
 
   /** The log has all before this number. */

@@ -1,10 +1,11 @@
 package flyframe.server
 
+import java.net.InetSocketAddress
 import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
-import flyframe.protocol.RingResult
+import flyframe.protocol.{RingPart, RingResult}
 
 /** The server with rings: a whole one on loopback, and gateways that the test plays. */
 class RingServerSpec extends AnyFlatSpec {
@@ -201,6 +202,34 @@ class RingServerSpec extends AnyFlatSpec {
       g.settle()
       assert(shown == ((false, true, "ring broken between node 3 and node 5")))
     }
+  }
+
+  "GW-07: a ring that made room for others" should "be shown as its gateway has told it when it is back" in {
+    var now     = 0L
+    def rings() = new Rings(_.forall(now - _ > 1000), 1, () => now, () => Instant.EPOCH)
+    val node    = Part(RingPart.Node, 2, hello(0x44, (1, 1)).map(_.toByte).toVector)
+    val whole   = Part(RingPart.Ring, 1, Vector(0, 0))
+    def report(to: Rings, id: Int, parts: Part*): Unit =
+      to.take(RingReport(Life(id, 1), 9, 1, 0, parts = parts.toVector), new InetSocketAddress(0))
+    def shown(of: Rings) = of.picture(_ => false).map(_.ring)
+
+    val known = rings()
+    for (id <- 1 to Rings.MostRings) report(known, id, node, whole)
+    assert(!known.hasRoom(100))
+    now += 1001
+    report(known, 100, node)
+    assert(shown(known).map(_.id) == (2 to Rings.MostRings) :+ 100)
+    report(known, 1)
+    val back = shown(known).find(_.id == 1).get
+    assert(back.isTold && back.ends.isEmpty && back.nodes.get(2).exists(n => n.present && !n.isOld))
+
+    // The log knows more rings than are shown.
+    val restarted = rings()
+    restarted.restore((1 to Rings.MostRings + 1).map(id => back.copy(id = id, life = Some(Life(id, 1)))))
+    assert(shown(restarted).map(_.id) == (1 to Rings.MostRings))
+    report(restarted, 1 + Rings.MostRings, whole)
+    val last = shown(restarted).find(_.id == 1 + Rings.MostRings).get
+    assert(last.isTold && last.nodes.get(2).exists(_.isOld))
   }
 
   "GW-06: a message of the server" should "be taken once, whatever the network does, and its result told" in
