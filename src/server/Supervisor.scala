@@ -267,7 +267,7 @@ final class Supervisor(
     } catch {
       case e: SQLException =>
         val why = s"The log cannot be written (${e.getMessage.takeWhile(_ != '\n')}). What is shown of the " +
-          "detectors is right; events wait at the masters."
+          "detectors is right, of rings it may be old; events and messages wait at masters and gateways."
         synchronized { broken = Some(why) }
         None
     }

@@ -191,6 +191,18 @@ struct Bench {
     bytes.insert(bytes.end(), data.begin(), data.end());
     at.comes({false, 1, false, node, RING_SHORT, pipe, true}, bytes);
   }
+  // One of 2 KiB.
+  void longOf(uint8_t node, uint8_t number, const Bytes& message) {
+    Bytes open{number, 3, 0x07, 0xff};
+    open.resize(8);
+    put(open, 4, ring_crc32(message.data(), 2048), 4);
+    at.comes({false, 1, false, node, RING_OPEN, 0, true}, open);
+    for (unsigned i = 0; i < 256; ++i) {
+      at.comes({false, 1, true, node, static_cast<uint8_t>(i), 0, i == 255},
+               Bytes(message.begin() + 8 * i, message.begin() + 8 * i + 8));
+      if (i % 32 == 31) run(1);
+    }
+  }
   // How many frames with this code have left for a node.
   unsigned told(uint8_t node, uint8_t code) const {
     unsigned count = 0;
@@ -405,7 +417,8 @@ void testMoments() {
   // A node dies while the server starts anew, and there is no place to tell of it.
   for (uint8_t n = 10; n < 100; ++n) b.hello(n);
   b.run(120);
-  check("GWB-02: all places are taken", ring_reports_free(&b.server.reports) == 0);
+  check("GWB-02: all places for news are taken",
+        ring_reports_free(&b.server.reports) == RING_REPORTS_RESULTS);
   b.serverLife += 1;
   b.at.incoming.push_back(b.answer(b.last(), get(b.last(), PROTOCOL_RING_REPORT_NUMBER_AT, 4)));
   b.run(4000);
@@ -445,16 +458,7 @@ void testMessages() {
   // 2 KiB: two parts, in two datagrams; the life of the server changes between both.
   Bytes message(2048);
   for (size_t i = 0; i < message.size(); ++i) message[i] = static_cast<uint8_t>(i * 11);
-  Bytes open{2, 3, 0x07, 0xff};
-  open.resize(8);
-  put(open, 4, ring_crc32(message.data(), 2048), 4);
-  b.at.comes({false, 1, false, 9, RING_OPEN, 0, true}, open);
-  for (unsigned i = 0; i < 256; ++i) {
-    b.at.comes({false, 1, true, 9, static_cast<uint8_t>(i), 0, i == 255},
-               Bytes(message.begin() + 8 * i, message.begin() + 8 * i + 8));
-    if (i % 32 == 31) b.run(1);
-  }
-  b.run(3);
+  b.longOf(9, 2, message), b.run(3);
   auto piece = Bench::partsOf(b.last());
   bool fits = piece.size() == 1 && piece[0].total == 2048 && piece[0].offset == 0;
   Bytes whole = piece[0].data;
@@ -564,6 +568,43 @@ void testOrders() {
   b.settle();
   check("GW-06: what no node answers ends as not confirmed",
         result(6) == PROTOCOL_RING_RESULT_NOT_CONFIRMED && result(9) == PROTOCOL_RING_RESULT_NOT_CONFIRMED);
+}
+
+// The server cannot write its log: it acknowledges nothing, and goes on sending messages.
+void testResults() {
+  Bench b;
+  b.start(), b.run(120), b.settle();
+  b.longOf(8, 0, Bytes(2048, 8)), b.run(5), b.longOf(9, 0, Bytes(2048, 9)), b.run(5);
+  for (uint8_t n = 10; n < 50; ++n) b.shortOf(n, 0, {n}), b.run(2);
+  for (uint8_t n = 3; n < 100; ++n) b.hello(n), b.run(2);
+  b.run(200);
+  const auto results = [](const Bytes& report) {
+    std::vector<unsigned> all;
+    for (const auto& p : Bench::partsOf(report))
+      if (p.type == PROTOCOL_RING_PART_RESULT) all.push_back(static_cast<unsigned>(get(p.data, 0, 4)));
+    return all;
+  };
+  std::vector<unsigned> all;
+  for (unsigned i = 1; i <= RING_REPORTS_RESULTS; ++i) {
+    b.orders(b.order(i, 3, {static_cast<uint8_t>(i)}));
+    b.at.comes({false, 1, false, 3, RING_DONE, 0, true},
+               {static_cast<uint8_t>(i - 1), b.server.node.life, 3, 0});
+    b.run(5), all.push_back(i);
+  }
+  check("GWB-02: sixteen results are told whatever waits before them", results(b.last()) == all);
+  check("GWB-02: what is told first is the same", Bench::partsOf(b.last())[0].source == 8);
+  b.settle();
+  check("GW-05, GWB-02: then all else comes", b.told(8, RING_DONE) == 1 && b.told(9, RING_DONE) == 1);
+  std::map<uint64_t, std::pair<unsigned, Bytes>> kept;
+  bool isSame = true;
+  for (const Bytes& d : b.at.datagrams) {
+    uint64_t number = get(d, PROTOCOL_RING_REPORT_NUMBER_AT, 4);
+    for (const auto& p : Bench::partsOf(d)) {
+      const auto [at, isNew] = kept.try_emplace(number++, p.source << 8 | p.type, p.data);
+      isSame = isSame && (isNew || at->second == std::make_pair(p.source << 8 | p.type, p.data));
+    }
+  }
+  check("GW-04, GWB-02: a part that has left keeps its number", isSame && kept.size() >= RING_REPORTS_PARTS);
 }
 
 // A node that is busy for ever, and others.
@@ -754,6 +795,7 @@ void testGateway() {
   testMessages();
   testFlood();
   testOrders();
+  testResults();
   testBusy();
   testToNobody();
   testNumbers();

@@ -33,8 +33,13 @@ void ring_reports_start(struct ring_reports *r, const struct ring_reports_config
 
 unsigned ring_reports_free(const struct ring_reports *r) { return RING_REPORTS_PARTS - r->count; }
 
+static bool is_result(const struct ring_part *part) { return part->type == PROTOCOL_RING_PART_RESULT; }
+
 void ring_reports_add(struct ring_reports *r, const struct ring_part *part) {
-  *part_at(r, r->count++) = *part;
+  unsigned at = r->count++;
+  for (; is_result(part) && at > r->sent && !is_result(part_at(r, at - 1)); --at)
+    *part_at(r, at) = *part_at(r, at - 1);
+  *part_at(r, at) = *part;
   r->news = true;
 }
 
@@ -69,11 +74,13 @@ uint16_t ring_reports_make(struct ring_reports *r, uint8_t datagram[RING_REPORTS
   uint8_t parts = 0;
   for (; parts < r->count; ++parts) {
     const struct ring_part *p = part_at(r, parts);
-    if (at + PROTOCOL_RING_PART_HEAD_BYTES + p->length + PROTOCOL_RING_REPORT_END_BYTES >
+    const int room = is_result(p) ? 0 : RING_REPORTS_ROOM_BYTES;
+    if (at + PROTOCOL_RING_PART_HEAD_BYTES + p->length + room + PROTOCOL_RING_REPORT_END_BYTES >
         RING_REPORTS_MOST_BYTES)
       break;
     at = (uint16_t)(at + put_part(datagram + at, p));
   }
+  if (parts > r->sent) r->sent = parts;
   for (unsigned i = 0; i < PROTOCOL_RING_REPORT_BYTES; ++i) datagram[i] = 0;
   put_number(datagram + PROTOCOL_RING_REPORT_MAGIC_AT, PROTOCOL_MAGIC, PROTOCOL_RING_REPORT_MAGIC_BYTES);
   put_number(datagram + PROTOCOL_RING_REPORT_VERSION_AT, PROTOCOL_VERSION, 1);
@@ -119,8 +126,8 @@ static bool takes_answer(struct ring_reports *r, const uint8_t *d, uint16_t leng
   const uint32_t stored = get_number(d + PROTOCOL_ANSWER_NUMBER_AT, 4) - r->oldest;
   *renewed = !same_bytes(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
   copy_bytes(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
-  /* More than there is cannot be stored. */
-  if (stored <= r->count) r->stored = stored > r->stored ? stored : r->stored;
+  /* More than has left cannot be stored. */
+  if (stored <= r->sent) r->stored = stored > r->stored ? stored : r->stored;
   /* The first report that knows the life of the server counts there; one datagram may not hold all parts. */
   if (*renewed || r->stored > 0) r->news = true;
   r->trouble = d[PROTOCOL_ANSWER_TROUBLE_AT] != 0;
@@ -165,6 +172,7 @@ bool ring_reports_done(struct ring_reports *r, struct ring_part *part) {
   r->first = (r->first + 1) % RING_REPORTS_PARTS;
   ++r->oldest;
   --r->count;
+  --r->sent;
   --r->stored;
   return true;
 }

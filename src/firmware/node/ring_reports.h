@@ -10,11 +10,17 @@
 #include "protocol.h"
 
 enum {
-  RING_REPORTS_PARTS = 48, /* that are kept */
+  RING_REPORTS_PARTS = 64, /* that are kept */
   RING_REPORTS_OWN_BYTES = 12,
   RING_REPORTS_MOST_BYTES = 1472, /* of a datagram */
+  /* For so many results there is room in each: as many messages of the server may wait (GWB-10). */
+  RING_REPORTS_RESULTS = 16,
+  RING_REPORTS_RESULT_BYTES = 5,
+  RING_REPORTS_ROOM_BYTES =
+      RING_REPORTS_RESULTS * (PROTOCOL_RING_PART_HEAD_BYTES + RING_REPORTS_RESULT_BYTES),
   RING_REPORTS_DATA_BYTES = RING_REPORTS_MOST_BYTES - PROTOCOL_RING_REPORT_BYTES -
-                            PROTOCOL_RING_PART_HEAD_BYTES - PROTOCOL_RING_REPORT_END_BYTES
+                            PROTOCOL_RING_PART_HEAD_BYTES - RING_REPORTS_ROOM_BYTES -
+                            PROTOCOL_RING_REPORT_END_BYTES
 };
 
 struct ring_reports_config {
@@ -53,7 +59,8 @@ struct ring_reports {
   uint32_t oldest;                 /* number of the first part that is kept */
   uint32_t taken;                  /* counter of the last order that was taken */
   struct ring_part parts[RING_REPORTS_PARTS];
-  unsigned first, count, stored; /* place of the oldest; how many there are; how many the server has */
+  unsigned first, count; /* place of the oldest; how many there are */
+  unsigned sent, stored; /* how many of these have left, and so have their numbers; how many the server has */
   bool news, trouble;            /* a report is due; the server cannot write its log */
   uint64_t reported_us, heard_us;
   uint32_t refused; /* datagrams that were none of the server, or not for this life */
@@ -66,7 +73,7 @@ void ring_reports_start(struct ring_reports *r, const struct ring_reports_config
 /* Places for parts. */
 unsigned ring_reports_free(const struct ring_reports *r);
 
-/* There must be a place. */
+/* There must be a place. A result goes before what has not left yet. */
 void ring_reports_add(struct ring_reports *r, const struct ring_part *part);
 
 /* The oldest part that the server has, once; false: there is none. */

@@ -8,7 +8,8 @@ enum {
   LOOK_MS = 100, /* between two looks at the nodes without news, at most */
   US_IN_MS = 1000,
   PARTS_OF_MESSAGE = 2, /* the most that a message of 2 KiB has */
-  PARTS_FOR_OTHERS = 8, /* places that messages leave for what else is to be told */
+  /* Places that messages leave for what else is to be told: news, which leave the rest for results. */
+  PARTS_FOR_OTHERS = 8 + RING_REPORTS_RESULTS,
   DATAGRAMS_A_PASS = 4,
   PLANT_EVENTS = NODE_PLANT_MASK_RECEIVED_MASK | NODE_PLANT_MASK_SENT_MASK,
   CAN_F_AT = 2, /* in HELLO behind the life */
@@ -36,7 +37,7 @@ static struct ring_part own_part(uint8_t type, uint8_t source, const uint8_t *by
  * so one that changes all the time takes one place. */
 static void tell(struct ring_server *s, struct ring_server_node *n, uint8_t type, uint8_t source,
                  const uint8_t *bytes, uint8_t length) {
-  if (n->waits || ring_reports_free(&s->reports) == 0) return;
+  if (n->waits || ring_reports_free(&s->reports) <= RING_REPORTS_RESULTS) return;
   if (n->told && n->length == length && same_bytes(n->bytes, bytes, length)) return;
   n->told = n->waits = true;
   n->length = length;
@@ -142,7 +143,7 @@ static void end_parts(struct ring_server *s) {
 /* --- messages of the server --- */
 
 static void tell_result(struct ring_server *s, uint32_t counter, uint8_t result) {
-  uint8_t bytes[5] = {[4] = result};
+  uint8_t bytes[RING_REPORTS_RESULT_BYTES] = {[4] = result};
   put_number(bytes, counter, 4);
   const struct ring_part part =
       own_part(PROTOCOL_RING_PART_RESULT, s->parameters.node.address, bytes, sizeof bytes, 0);
