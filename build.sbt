@@ -112,7 +112,8 @@ lazy val flyframe = (project in file("."))
     chisel,
     Compile / mainClass := Some("flyframe.Main"),
     // The server's tests wait much, so they go first: beside those of the RTL.
-    Test / test := Def.sequential((LocalProject("server") / Test / test).result, Test / test).value,
+    Test / executeTests :=
+      (Test / executeTests).dependsOn(LocalProject("server") / Test / executeTests).value,
     libraryDependencies ++= Seq(
       noLogging,
       "org.jfree" % "jfreechart"    % "1.5.6",

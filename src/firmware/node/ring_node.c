@@ -47,20 +47,26 @@ static void look_at_status(struct ring_node *node) {
   node->status[HELLO_VERSION] = node->parameters.version;
 }
 
-static uint32_t life_behind(uint32_t life) { return life % LIFE_MASK + 1; }
+static uint8_t life_behind(uint8_t life) { return (uint8_t)(life % LIFE_MASK + 1); }
 static uint8_t life_before(uint8_t life) { return (uint8_t)(life > 1 ? life - 1 : LIFE_MASK); }
 
+/* As others see it (TP-20). */
+static bool is_ahead(uint32_t life, uint32_t of) {
+  const uint32_t by = (life + LIFE_MASK - of) % LIFE_MASK;
+  return by > 0 && by <= LIFE_MASK / 2;
+}
+
 /* A life that no start has used yet. If the last one has failed there is one: a store for each would wear the
- * memory out. */
+ * memory out. Others ignore a life that looks older than the last one for 10 s (TP-20): as the number of a
+ * memory may that did not work meanwhile, or a random one. */
 static void take_life(struct ring_node *node) {
   if (node->life_is_new) return;
   uint32_t life;
-  const uint32_t last = node->life;
-  node->stored = start_number(node->board, LIFE_MASK, last, &life);
-  /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. Two ahead:
-   * of what the controller has the transport may have been one ahead. */
-  if (!node->stored && last != 0) life = life_behind(life_behind(last));
-  node->life = (uint8_t)life;
+  const uint8_t last = node->life;
+  do node->stored = start_number(node->board, LIFE_MASK, last, &life);
+  while (node->stored && last != 0 && !is_ahead(life, last));
+  /* Two ahead: of what the controller has the transport may have been one ahead. */
+  node->life = node->stored || last == 0 ? (uint8_t)life : life_behind(life_behind(last));
   node->life_is_new = true;
 }
 
@@ -116,6 +122,7 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
   node->began = node->life_is_new = false;
   node->life = 0; /* else of the program before */
   if (answers(node)) node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK;
+  node->link_life = node->life;
   node->starts = 0;
   node->now_us = node->due_us = 0;
   node->timer = board_time(board);
@@ -163,11 +170,17 @@ bool ring_node_conflict(const struct ring_node *node) {
 
 /* Sequences begin anew, so it is another life (RB-13): of the old one others would take nothing. It is the
  * one before that of the start, and that one again, in turn: a number of its own would wear the memory each
- * time, and bring the lives of later starts so far ahead that they look old (TP-20). */
+ * time, and bring the lives of later starts so far ahead that they look old (TP-20). Without a memory it is
+ * the next one, so that the controller's stays the newest. Without a conflict nothing is done: others have to
+ * hear of a life before the one in front of it may come again. */
 void ring_node_clear_conflict(struct ring_node *node) {
+  struct board *board = node->board;
   if (!ring_node_runs(node)) return; /* the next start ends it, too */
-  node->link_life = node->link_life == node->life ? life_before(node->life) : node->life;
-  write_number(node->board, NODE_RING_LIFE, 1, node->link_life);
-  const uint32_t control = read_number(node->board, NODE_RING_CONTROL, 1);
-  write_number(node->board, NODE_RING_CONTROL, 1, control | NODE_RING_CLEAR_MASK);
+  look_at_status(node);
+  if (!ring_node_conflict(node)) return;
+  if (!node->stored) node->life = node->link_life = life_behind(node->link_life);
+  else node->link_life = node->link_life == node->life ? life_before(node->life) : node->life;
+  write_number(board, NODE_RING_LIFE, 1, node->link_life);
+  const uint32_t control = read_number(board, NODE_RING_CONTROL, 1);
+  write_number(board, NODE_RING_CONTROL, 1, control | NODE_RING_CLEAR_MASK);
 }

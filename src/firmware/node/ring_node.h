@@ -48,7 +48,7 @@ struct ring_node {
   struct ring_node_parameters parameters;
   enum ring_node_fault fault;
   bool began;               /* the transport has begun its life */
-  uint8_t life, link_life;  /* number of the controller's last start; of the node for its links (FR-61) */
+  uint8_t life, link_life;  /* of the controller's last start; of the node for its links now (FR-61) */
   bool life_is_new, stored; /* no start has used it yet; it is in memory */
   uint32_t starts;          /* of the controller since this program began; above 1 it was reset meanwhile */
   uint64_t now_us, due_us;

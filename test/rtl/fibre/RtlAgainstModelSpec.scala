@@ -8,7 +8,7 @@ import scala.collection.mutable
 /** A node in RTL against the golden model, on random light. */
 class RtlAgainstModelSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Ports and bus mode in RTL against the model", "core cycles", test = 200000, soak = 100000000)
+    Tier("Ports and bus mode in RTL against the model", "core cycles", test = 500000, soak = 100000000)
 
   // Beside the published tones the slowest and nearly the fastest search that there may be.
   private val all = (for (clock <- Seq(100, 50); demodulator <- 0 to 1)

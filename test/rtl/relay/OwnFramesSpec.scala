@@ -12,7 +12,7 @@ import scala.util.Random
 
 class OwnFramesSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Own frames in RTL against the model", "bits", test = 10000, soak = 600000)
+    Tier("Own frames in RTL against the model", "bits", test = 24000, soak = 600000)
   private val Own = 23
   private val Run = 8000 // shortest bits
   private val Ids = 12   // in half of the runs identifiers are few, so that they meet
