@@ -207,7 +207,8 @@ class ServerSpec extends AnyFlatSpec {
           val json = state(server)
           json("masters")(0)("fire") != ujson.Null && json("broken") != ujson.Null
         }
-        assert(master.waiting == 1 && master.isProven, "answered, not acknowledged")
+        eventually("it is answered") { master.listen(10); master.isProven }
+        assert(master.waiting == 1, "not acknowledged")
       }
     }
   }
