@@ -14,7 +14,7 @@ import scala.util.Random
   */
 class RelayAgainstModelSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Relay mode in RTL against the model", "core cycles", test = 60000, soak = 20000000)
+    Tier("Relay mode in RTL against the model", "core cycles", test = 200000, soak = 20000000)
   private val Own  = 23
   private val Run  = 200000
   private val port = CanRegisters.PortStarts(0)

@@ -108,8 +108,8 @@ class StressSpec extends AnyFlatSpec {
 
   private val outage = Tier("a server that is down", "seconds", test = 8, soak = 60)
 
-  "REP-02, REP-03: a server that is down for long" should "get everything when it is back" in {
-    withSystem("server-down") { system =>
+  "REP-02, REP-03: a server that is down for long" should "get everything when it is back" in
+    outage.run("all", outage.size)(withSystem("server-down") { system =>
       system.stopServer()
       val down = System.nanoTime
       for (what <- Seq("smoke 2 on", "smoke 4 on", "line all open", "line all whole")) {
@@ -127,8 +127,7 @@ class StressSpec extends AnyFlatSpec {
             if (s == 2 || s == 4) Alarm else Normal
           )
       )
-    }
-  }
+    })
 
   "LM-03: a cable cut before slave 3 and mended" should "show, and lose no event behind the cut" in {
     withSystem("cut") { system =>
