@@ -185,26 +185,26 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
     case "sent"           => slots.sent
     case "failed"         => slots.failed
     case "bridge_dropped" => records.bridgeDropped
-    case _ if CanRegisters.CounterNames.contains(name) =>
-      records.counter(CanRegisters.CounterNames.indexOf(name))
-    case _ if name.startsWith("rx_") && name != "rx_release" => received(name)
-    case _                                                   => 0
+    case _                => received(name).getOrElse(counted(name))
   }
 
   private def flag(set: Boolean): BigInt = if (set) 1 else 0
 
+  private def counted(name: String): BigInt =
+    CanRegisters.CounterNames.indexOf(name) match {
+      case -1 => 0
+      case n  => records.counter(n)
+    }
+
   /** A field of the oldest frame received. */
-  private def received(name: String): BigInt = {
-    val all = fifo.oldest.zipWithIndex.map { case (b, i) => BigInt(b) << 8 * i }.sum
-    val f   = rxFields(s"${prefix}_$name")
-    (all & f.mask) >> f.low
-  }
+  private def received(name: String): Option[BigInt] =
+    rxFields.get(name).map(f => (fifo.oldest & f.mask) >> f.low)
   private lazy val rxFields =
     CanRegisters(port, p)
       .find(_.address == start + CanRegisters.RxFrame)
       .get
       .fields
-      .map(f => f.name -> f)
+      .map(f => f.name.stripPrefix(s"${prefix}_") -> f)
       .toMap
 }
 

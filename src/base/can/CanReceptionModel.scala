@@ -25,12 +25,12 @@ object CanFiltersModel {
 
 /** The FIFO of received frames, 16 bytes each (CAN-44). */
 class CanFifoModel(size: Int) {
-  private val frames = mutable.Queue.empty[Seq[Int]]
+  private val frames = mutable.Queue.empty[BigInt]
 
   def level: Int = frames.size
 
-  /** The oldest frame, or 0. */
-  def oldest: Seq[Int] = frames.headOption.getOrElse(Seq.fill(16)(0))
+  /** The oldest frame as a number, its first byte lowest; 0 if there is none. */
+  def oldest: BigInt = frames.headOption.getOrElse(BigInt(0))
 
   /** Takes a frame.
     *
@@ -39,7 +39,7 @@ class CanFifoModel(size: Int) {
     */
   def put(bytes: Seq[Int]): Boolean = {
     val fits = frames.size < size
-    if (fits) frames.enqueue(bytes)
+    if (fits) frames.enqueue(bytes.foldRight(BigInt(0))((byte, above) => above << 8 | byte))
     fits
   }
 

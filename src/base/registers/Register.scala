@@ -89,7 +89,7 @@ final case class Field(
   }
 
   /** Bits set where the field is in the register. */
-  def mask: BigInt = ((BigInt(1) << width) - 1) << low
+  val mask: BigInt = ((BigInt(1) << width) - 1) << low
 
   /** It is read from the register RAM. */
   def inRam: Boolean = source match {

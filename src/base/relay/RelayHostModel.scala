@@ -123,9 +123,8 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
 
   /** A field of the oldest frame received. */
   private def received(name: String): BigInt = {
-    val all = node.fifo.oldest.zipWithIndex.map { case (b, i) => BigInt(b) << 8 * i }.sum
-    val f   = rxFields(name)
-    (all & f.mask) >> f.low
+    val f = rxFields(name)
+    (node.fifo.oldest & f.mask) >> f.low
   }
   private lazy val rxFields =
     registers.find(_.address == start + CanRegisters.RxFrame).get.fields.map(f => f.name -> f).toMap
