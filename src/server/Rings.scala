@@ -29,10 +29,11 @@ final class Rings(
   // Rings that are not shown, to make room for others. Their gateways do not tell anew what they have told.
   private val away = mutable.Map.empty[Int, Ring]
 
-  /** After a start: what the log tells. */
+  /** After a start: what the log tells, the ring with the newest life first. */
   def restore(known: Seq[Ring]): Unit = {
     val (shown, others) = known.map(_.aged).splitAt(MostRings)
-    for (r <- shown) {
+    // Of those that have not been heard since, the one with the oldest life makes room first.
+    for (r <- shown.reverse) {
       rings(r.id) = r
       silent += r.id
     }
@@ -50,7 +51,8 @@ final class Rings(
   /** A report counts. */
   def take(report: RingReport, sender: InetSocketAddress): Unit = {
     val id = report.life.master
-    if (!rings.contains(id) && rings.size >= MostRings) rings.values.find(mayGo).foreach(makeRoom)
+    if (!rings.contains(id) && rings.size >= MostRings)
+      rings.values.filter(mayGo).minByOption(_.heardMs).foreach(makeRoom)
     val held = rings.get(id).orElse(away.remove(id)) match {
       case Some(r) if r.life.contains(report.life) => r
       case before =>

@@ -225,11 +225,21 @@ class RingServerSpec extends AnyFlatSpec {
 
     // The log knows more rings than are shown.
     val restarted = rings()
-    restarted.restore((1 to Rings.MostRings + 1).map(id => back.copy(id = id, life = Some(Life(id, 1)))))
+    restarted.restore(
+      (1 to Rings.MostRings + 1).map(id => back.copy(id = id, life = Some(Life(id, 1)), heardMs = None))
+    )
     assert(shown(restarted).map(_.id) == (1 to Rings.MostRings))
     report(restarted, 1 + Rings.MostRings, whole)
     val last = shown(restarted).find(_.id == 1 + Rings.MostRings).get
     assert(last.isTold && last.nodes.get(2).exists(_.isOld))
+    // The newest life comes first in the log. Who has not been heard makes room, the oldest life first.
+    assert(shown(restarted).map(_.id) == (1 until Rings.MostRings) :+ 1 + Rings.MostRings)
+    report(restarted, 1)
+    report(restarted, 100, node)
+    assert(shown(restarted).map(_.id) == (1 to Rings.MostRings - 2) ++ Seq(1 + Rings.MostRings, 100))
+    now += 1001
+    report(restarted, 101, node)
+    assert(shown(restarted).map(_.id) == (1 to Rings.MostRings - 3) ++ Seq(1 + Rings.MostRings, 100, 101))
   }
 
   "GW-06: a message of the server" should "be taken once, whatever the network does, and its result told" in
