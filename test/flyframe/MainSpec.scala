@@ -14,15 +14,10 @@ class MainSpec extends AnyFlatSpec {
     Result(code, out.toString, err.toString)
   }
 
-  private def inDirectory(check: Path => Unit): Unit = {
-    val directory = Files.createTempDirectory("flyframe")
-    try check(directory)
-    finally Files.walk(directory).sorted(java.util.Comparator.reverseOrder[Path]).forEach(Files.delete(_))
-  }
   private def files(directory: Path): Set[String] = directory.toFile.list.toSet
 
   /** Refused: code 2, one sentence with all of `words`, nothing written. */
-  private def refused(args: Any*)(words: String*): Unit = inDirectory { directory =>
+  private def refused(args: Any*)(words: String*): Unit = Directory { directory =>
     val result = run(args ++ Seq("--out", directory): _*)
     assert(result.code == 2)
     assert(result.out.isEmpty)
@@ -58,7 +53,7 @@ class MainSpec extends AnyFlatSpec {
       assert(result.out.contains(text))
   }
 
-  "--board" should "also emit what a board needs around the controller" in inDirectory { directory =>
+  "--board" should "also emit what a board needs around the controller" in Directory { directory =>
     val result =
       run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
     assert(result.code == 0, result.err)
@@ -100,7 +95,7 @@ class MainSpec extends AnyFlatSpec {
     refused("--all", "--ports", 1)("--all")
   }
 
-  "A directory that cannot be written" should "be named" in inDirectory { directory =>
+  "A directory that cannot be written" should "be named" in Directory { directory =>
     // Not by access rights, which do not stop root.
     val file = Files.writeString(directory.resolve("file"), "")
     for (args <- Seq(Seq("--out", file.resolve("x")), Seq("--out", directory, "--docs", file.resolve("x")))) {
@@ -112,7 +107,7 @@ class MainSpec extends AnyFlatSpec {
     }
   }
 
-  "Parameters" should "start from the preset, may be hexadecimal, not octal; the last counts" in inDirectory {
+  "Parameters" should "start from the preset, may be hexadecimal, not octal; the last counts" in Directory {
     directory =>
       val result = run(
         "--preset",

@@ -18,7 +18,7 @@ class PackagesSpec extends AnyFlatSpec {
   /** What a component says, each command on a line with its arguments. */
   private def commands(p: EscParams): Seq[Seq[String]] = {
     val file =
-      Files.writeString(Files.createTempFile("flyframe", "_hw.tcl"), Packages.platformDesigner(p).get)
+      Files.writeString(Directory.lasting().resolve("component_hw.tcl"), Packages.platformDesigner(p).get)
     Shell
       .output("tclsh", "test/flyframe/hw_tcl.tcl", file.toString)
       .linesIterator
@@ -62,7 +62,7 @@ class PackagesSpec extends AnyFlatSpec {
     assert(Presets.all.map(_.params).forall(Packages.platformDesigner(_).isEmpty))
 
   "FuseSoC" should "know every preset, and lint one as its core file says" in {
-    val root = Files.createTempDirectory("flyframe-cores")
+    val root = Directory.lasting("flyframe-cores")
     val tool = Paths.get("build/tools/venv/bin/fusesoc").toAbsolutePath.toString
     def fusesoc(from: Path, arguments: String*): String =
       Shell.output(Seq(tool, "--cores-root", from.toString) ++ arguments: _*)

@@ -23,28 +23,25 @@ class ProtocolHeaderSpec extends AnyFlatSpec {
     assert(Files.readString(Paths.get("generated/protocol.h")) == Documents.protocolHeader)
   }
 
-  "protocol.h" should "give a C compiler the numbers of Scala, each once" in {
+  "protocol.h" should "give a C compiler the numbers of Scala, each once" in Directory { directory =>
     assert(numbers.map(_._1).distinct.size == numbers.size)
-    val directory = Files.createTempDirectory("protocol")
-    try {
-      Files.writeString(directory.resolve("protocol.h"), Documents.protocolHeader)
-      val prints = numbers.map { case (name, _) => s"""printf("$name %d\\n", (int)$name);""" }
-      Files.writeString(
-        directory.resolve("main.c"),
-        s"""#include <stdio.h>
-           |#include "protocol.h"
-           |#include "protocol.h"
-           |int main(void) {
-           |  ${prints.mkString("\n  ")}
-           |  return 0;
-           |}
-           |""".stripMargin
-      )
-      val program = directory.resolve("main").toString
-      val compile = Seq("cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", program)
-      assert((compile :+ directory.resolve("main.c").toString).! == 0)
-      assert(program.!!.linesIterator.toSeq == numbers.map { case (name, number) => s"$name $number" })
-    } finally directory.toFile.listFiles.appended(directory.toFile).foreach(_.delete())
+    Files.writeString(directory.resolve("protocol.h"), Documents.protocolHeader)
+    val prints = numbers.map { case (name, _) => s"""printf("$name %d\\n", (int)$name);""" }
+    Files.writeString(
+      directory.resolve("main.c"),
+      s"""#include <stdio.h>
+         |#include "protocol.h"
+         |#include "protocol.h"
+         |int main(void) {
+         |  ${prints.mkString("\n  ")}
+         |  return 0;
+         |}
+         |""".stripMargin
+    )
+    val program = directory.resolve("main").toString
+    val compile = Seq("cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", program)
+    assert((compile :+ directory.resolve("main.c").toString).! == 0)
+    assert(program.!!.linesIterator.toSeq == numbers.map { case (name, number) => s"$name $number" })
   }
 
   it should "hold nothing else" in {

@@ -3,7 +3,7 @@ package flyframe.board
 import java.nio.file.{Files, Paths}
 import scala.jdk.CollectionConverters._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{PortTable, TestSets, Tier}
+import flyframe.{Directory, PortTable, TestSets, Tier}
 import flyframe.params.{EscParams, Presets}
 import flyframe.report.{Device, Goals, Netlist}
 
@@ -54,7 +54,7 @@ class BoardSpec extends AnyFlatSpec with BoardBehaviour {
   }
 
   "The project script" should "say in a sentence which core clock is missing or wrong" in {
-    val dir  = Files.createTempDirectory("flyframe-board")
+    val dir  = Directory.lasting("flyframe-board")
     val json = dir.toRealPath().resolve("alarm-slave.json")
     def refusal =
       ends("tclsh", "test/flyframe/board/pins.tcl", "fpga/alarm/alarm.tcl", "slave", "8", dir.toString)
@@ -78,7 +78,7 @@ class BoardSpec extends AnyFlatSpec with BoardBehaviour {
 
   /** What the constraints of a controller alone name, by its ports. */
   private def constrained(p: EscParams): Set[String] = {
-    val dir   = Files.createTempDirectory("flyframe-board")
+    val dir   = Directory.lasting("flyframe-board")
     val ports = PortTable(p).flatMap(_.names(p)).map(n => s"port {$n}")
     // Of the crossings one register each: only pins are looked at here.
     val registers = Seq("writeSide|gray", "writeSide|storage_0", "readSide|meta", "LevelCrossing:c|meta") ++

@@ -4,7 +4,7 @@ import java.nio.file.{Files, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.params.EscParams
 import flyframe.report.{Area, Device, Goals}
-import flyframe.{Documents, Tier}
+import flyframe.{Directory, Documents, Tier}
 
 /** The board project in `fpga/ring` without Quartus. */
 class RingBoardSpec extends AnyFlatSpec with BoardBehaviour {
@@ -65,7 +65,7 @@ class RingBoardSpec extends AnyFlatSpec with BoardBehaviour {
     }
 
   "The project script of the ring" should "say in a sentence what is wrong" in {
-    val dir = Files.createTempDirectory("flyframe-board")
+    val dir = Directory.lasting("flyframe-board")
     def refusal(role: String, width: Int, device: String) = {
       Files.writeString(dir.resolve(s"ring-$role.json"), Documents.json(board(role, 8).p))
       ends("tclsh", "test/flyframe/board/pins.tcl", "fpga/ring/ring.tcl", role, s"$width", device, s"$dir")

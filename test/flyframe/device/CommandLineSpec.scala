@@ -3,12 +3,12 @@ package flyframe.device
 import java.io.ByteArrayOutputStream
 import java.nio.file.{Files, Path}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.Main
+import flyframe.{Directory, Main}
 
 /** The command line's part of ESI and SII. */
 class CommandLineSpec extends AnyFlatSpec {
   private def file(name: String, bytes: Seq[Int]): Path = {
-    val path = Files.createTempDirectory("flyframe").resolve(name)
+    val path = Directory.lasting().resolve(name)
     Files.write(path, bytes.map(_.toByte).toArray)
   }
 
@@ -40,8 +40,8 @@ class CommandLineSpec extends AnyFlatSpec {
       file("garbage.bin", "no image at all".map(_.toInt)),
       file("checksum.bin", SiiCodec.encode(image).updated(14, 0)),
       file("large.bin", Seq.fill(SiiCodec.MaxBytes + 1)(0)),
-      Files.createTempDirectory("flyframe").resolve("absent.bin"),
-      Files.createTempDirectory("flyframe")
+      Directory.lasting().resolve("absent.bin"),
+      Directory.lasting()
     )
     for (path <- bad) {
       val (code, out, err) = run("--print-sii", path.toString)
@@ -55,7 +55,7 @@ class CommandLineSpec extends AnyFlatSpec {
   }
 
   "--device" should "refuse a wrong file with one sentence and exit code 2, writing nothing" in {
-    val out = Files.createTempDirectory("flyframe").resolve("out")
+    val out = Directory.lasting().resolve("out")
     val wrong = Seq(
       file("broken.json", "{".map(_.toInt)),
       file("many.json", Devices.json("io")(_("fmmus") = Seq.fill(17)("unused")).map(_.toInt)),
@@ -65,7 +65,7 @@ class CommandLineSpec extends AnyFlatSpec {
         "overlap.json",
         Devices.json("io")(d => d("txPdos")(0)("entries") = d("rxPdos")(0)("entries")).map(_.toInt)
       ),
-      Files.createTempDirectory("flyframe").resolve("absent.json")
+      Directory.lasting().resolve("absent.json")
     )
     for (path <- wrong) {
       val (code, _, err) =

@@ -10,7 +10,7 @@ import scala.concurrent.{Await, Future, blocking}
 import scala.jdk.CollectionConverters._
 import scala.sys.process._
 import scala.util.{Try, Using}
-import flyframe.Tier
+import flyframe.{Directory, Tier}
 
 /** CAN programs that we did not write at the doors of a ring in RTL, and what they make of its recordings:
   * python-can, tshark and sigrok.
@@ -53,7 +53,7 @@ class DoorsSpec extends AnyFlatSpec {
     assert(code == 0, text.toString.takeRight(3000))
     text.toString
   }
-  private def link(): Path = Files.createTempDirectory("doors").resolve("tty")
+  private def link(): Path = Directory.lasting("doors").resolve("tty")
 
   private val tier = Tier("CAN programs at the doors of a ring", "frames each way", test = 250, soak = 20000)
   private val Seed = 1L
@@ -147,8 +147,8 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-01: doors that cannot be" should "be told in one sentence" in {
-    val file  = Files.writeString(Files.createTempFile("ring", ".json"), ujson.write(relay(2)))
-    val plain = Files.writeString(Files.createTempFile("ring", ".json"), """{"nodes": 2}""")
+    val file  = Files.writeString(Directory.lasting("ring").resolve("ring.json"), ujson.write(relay(2)))
+    val plain = Files.writeString(Directory.lasting("ring").resolve("ring.json"), """{"nodes": 2}""")
     val taken = new ServerSocket(0, 1, InetAddress.getLoopbackAddress)
     val wrong = Seq(
       file  -> Seq("--slcan", "3=/tmp/none")                   -> "there are nodes 1 to 2",
@@ -175,7 +175,7 @@ class DoorsSpec extends AnyFlatSpec {
 
   "TL-02: recordings" should "show tshark and python-can frames, and errors by their classes" in {
     val (tty, tcp)  = (link(), tcpPort())
-    val folder      = Files.createTempDirectory("recordings")
+    val folder      = Directory.lasting("recordings")
     val (pcap, log) = (folder.resolve("ring.pcap"), folder.resolve("ring.log"))
     val options =
       Seq("--slcan", s"2=$tty", "--socketcand", s"3=$tcp", "--record", s"1=$pcap", "--candump", s"1=$log")
@@ -221,7 +221,7 @@ class DoorsSpec extends AnyFlatSpec {
 
   "TL-03: levels of a node" should "show sigrok's decoder the frames on the ring" in {
     val (tty, tcp) = (link(), tcpPort())
-    val folder     = Files.createTempDirectory("levels")
+    val folder     = Directory.lasting("levels")
     val (vcd, log) = (folder.resolve("ring.vcd"), folder.resolve("ring.log"))
     using(
       bus(250),

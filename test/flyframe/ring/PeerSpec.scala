@@ -1,10 +1,9 @@
 package flyframe.ring
 
-import java.nio.file.Files
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.sys.process._
 import scala.util.Random
-import flyframe.Tier
+import flyframe.{Directory, Tier}
 
 /** A node in Python, written from the rules of the transport alone on top of python-can, and nodes with the
   * host program in C on a ring in RTL.
@@ -14,7 +13,7 @@ class PeerSpec extends AnyFlatSpec {
   private val Longest  = if (Tier.isSoak) 2048 else 150
 
   "TP-30: a peer in Python" should "exchange messages with nodes in C through errors and a break" in {
-    val tty = Files.createTempDirectory("peer").resolve("tty")
+    val tty = Directory.lasting("peer").resolve("tty")
     val network = ujson.Obj(
       "mode"       -> "relay",
       "confirm_us" -> 1000,

@@ -7,7 +7,7 @@ import java.nio.charset.StandardCharsets.UTF_8
 import java.nio.file.{Files, Path}
 import java.util.concurrent.TimeUnit
 import scala.jdk.CollectionConverters._
-import flyframe.Tier
+import flyframe.{Directory, Tier}
 import flyframe.cosim.Harness
 import flyframe.params.{EscParams, Presets}
 
@@ -21,7 +21,7 @@ import flyframe.params.{EscParams, Presets}
 final class RingProcess(network: ujson.Value, options: String*) {
   import RingProcess.{Came, Ended}
 
-  val folder: Path   = Files.createTempDirectory("ring")
+  val folder: Path   = Directory.lasting("ring")
   private val errors = folder.resolve("errors")
   private val socket = folder.resolve("control")
   private val file   = RingProcess.write(folder, network)
@@ -180,7 +180,7 @@ object RingProcess {
       endUs: Long,
       logged: Seq[Int]
   ): Map[Int, Seq[Logged]] = {
-    val folder = Files.createTempDirectory("ring")
+    val folder = Directory.lasting("ring")
     val file   = write(folder, network)
     val text   = lines.sortBy(_._1).map { case (us, line) => s"$us $line\n" }.mkString
     val script = Files.writeString(folder.resolve("script"), text)

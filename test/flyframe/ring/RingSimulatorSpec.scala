@@ -1,6 +1,7 @@
 package flyframe.ring
 
-import java.nio.file.{Files, Path}
+import java.nio.file.Files
+import flyframe.Directory
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.concurrent.ExecutionContext.Implicits.global
 import scala.concurrent.duration._
@@ -232,9 +233,9 @@ class RingSimulatorSpec extends AnyFlatSpec {
   }
 
   private def wrong(network: String): (String, Int) = {
-    val file: Path = Files.writeString(Files.createTempFile("ring", ".json"), network)
-    try refused("--network", s"$file", "--end-ms", "0.1", "--state", s"${Files.createTempDirectory("state")}")
-    finally Files.delete(file)
+    val folder = Directory.lasting("ring")
+    val file   = Files.writeString(folder.resolve("network.json"), network)
+    refused("--network", s"$file", "--end-ms", "0.1", "--state", s"${folder.resolve("state")}")
   }
 
   "The simulator" should "answer a mistake with one sentence and exit code 2" in {
@@ -279,7 +280,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
 
   it should "end when a script says so, and take no time that it cannot count to" in {
     def run(script: String) = {
-      val folder = Files.createTempDirectory("ring")
+      val folder = Directory.lasting("ring")
       val file   = Files.writeString(folder.resolve("network.json"), """{"nodes": 2}""")
       val lines  = Files.writeString(folder.resolve("script"), script)
       refused("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$lines")
