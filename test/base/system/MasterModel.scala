@@ -3,57 +3,6 @@ package flyframe.system
 import scala.collection.mutable
 import flyframe.protocol._
 
-/** An event of a master (EventLayout). */
-final case class Event(
-    kind: Int,
-    position: Int,
-    node: Int,
-    sequence: Int,
-    state: Int,
-    epoch: Int,
-    slaveTime: Long,
-    masterTime: Long
-)
-
-/** State of a slave in a report (ReportedSlaveLayout). */
-final case class ReportedSlave(status: Int, node: Int)
-
-/** A report (ReportLayout) before its tag is made. */
-final case class Report(
-    master: Int,
-    life: Long,
-    server: Long,
-    counter: Int,
-    number: Int,
-    time: Long,
-    status: Int,
-    lost: Int,
-    present: Int,
-    cut: Int,
-    refused: Int,
-    slaves: Seq[ReportedSlave],
-    events: Seq[Event]
-)
-
-/** An answer of the server (AnswerLayout).
-  *
-  * @param genuine
-  *   its tag is right
-  * @param trouble
-  *   the server cannot write its log
-  */
-final case class Answer(
-    genuine: Boolean,
-    life: Long,
-    server: Long,
-    echo: Int,
-    number: Int,
-    trouble: Boolean = false,
-    ticket: Int = 0,
-    order: Int = Order.None,
-    node: Int = ServerDatagram.AllNodes
-)
-
 /** How a master is set. Times in us.
   *
   * @param expected
@@ -74,14 +23,13 @@ final case class MasterSettings(
 /** The alarm master: what it does in each bus cycle, from the rules and not from the RTL. State travels
   * beside history: sounder and fire follow from status words, whatever waits for the server.
   *
-  * The methods that are `protected` are its decisions; tests put defects there.
-  *
   * @param life
   *   random, another one after each start
   * @param changed
   *   called when something is other than before
   */
-class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: Long, changed: () => Unit) {
+class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: Long, changed: () => Unit)
+    extends MasterDecisions {
   import MasterModel._
   import settings.{expected, maxSlaves}
 
@@ -120,39 +68,20 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
   private var acknowledgement = Vector.empty[Acknowledge] // by position of the line
   private var lost            = 0
 
-  // Event memory.
-  private val events   = mutable.Queue.empty[Event]
-  private var first    = 0
-  private var toldLine = Option.empty[(Int, Int, Int)]
-
-  // Plant side.
-  private var reports     = 0
-  private var lastReport  = started - settings.heartbeat
-  private var reportNow   = true
-  private var lastAnswer  = started
-  private var lastEcho    = 0
-  private var serverLife  = 0L
-  private var refused     = 0
-  private var lastTicket  = 0
-  private var toldStatus  = -1
-  private var serverQuiet = false
-  private var full        = false
+  private val plant      = new MasterPlantModel(settings, life, started, changed)
+  private var toldLine   = Option.empty[(Int, Int, Int)]
+  private var toldStatus = -1
 
   /** Orders of the server for the host. */
-  val mailbox: mutable.Queue[Answer] = mutable.Queue.empty
+  def mailbox: mutable.Queue[Answer] = plant.mailbox
 
   def sounding: Boolean                  = soundingNow
   def fire: Boolean                      = fireNow
-  def waiting: Int                       = events.size
-  def nextEvent: Int                     = first + events.size
+  def waiting: Int                       = plant.waiting
+  def nextEvent: Int                     = plant.nextEvent
   def isReset: Boolean                   = !resetAsked
-  def isServerSilent                     = serverQuiet
+  def isServerSilent                     = plant.isServerSilent
   def row(p: Int): (SlaveBlock, Boolean) = (rows(p).block, rows(p).present)
-
-  private def countFull(): Unit = full = if (full) events.size >= FullEnds else events.size >= FullBegins
-
-  private def roomForRecords = events.size < RecordsRoom
-  private def roomForStates  = events.size < StatesRoom
 
   // The panel.
 
@@ -186,15 +115,12 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
     val answered = if (settings.ring) cycleOfRing() else cycleOfLine()
     if (answered.isEmpty) noAnswer()
     writeEvents()
-    countFull()
-    if (!serverQuiet && now - lastAnswer > settings.serverTimeout) {
-      serverQuiet = true
-      changed()
-    }
+    plant.countFull()
+    plant.watch(now)
     val word = status
     if (word != toldStatus) {
       toldStatus = word
-      reportNow = true
+      plant.reportSoon()
       changed()
     }
   }
@@ -342,7 +268,7 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
       else acknowledgement.filter(a => a.position >= base && a.position < base + count).take(Acknowledges)
     val frame =
       BusFrame(
-        first & 0xffff,
+        plant.first & 0xffff,
         (life & 0xffff).toInt,
         reads,
         orders,
@@ -471,10 +397,10 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
       hear(r, x.record, a.or)
       r.taken.find(isSame(_, x.record)) match {
         case Some(_) => acknowledge(position, x.record, (nextEvent - 1) & 0xffff)
-        case None if roomForRecords =>
+        case None if plant.hasRoomForRecords =>
           val tag = nextEvent & 0xffff
           if (stores(x.record))
-            emit(
+            plant.emit(
               Event(
                 EventKind.Detector,
                 position,
@@ -505,20 +431,14 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
 
   // Events.
 
-  private def emit(event: Event): Unit = {
-    events += event
-    reportNow = true
-    changed()
-  }
-
   private def writeEvents(): Unit = {
     var i = 0
-    while (i < highest && roomForStates) {
+    while (i < highest && plant.hasRoomForStates) {
       val r = rows(i)
       if (!r.told.exists(isTold(_, r.block))) {
         val b = r.block
         r.told = Some(b)
-        emit(
+        plant.emit(
           Event(
             EventKind.Slave,
             i,
@@ -534,9 +454,9 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
       i += 1
     }
     val line = (status, present, cut)
-    if (!toldLine.contains(line) && roomForStates) {
+    if (!toldLine.contains(line) && plant.hasRoomForStates) {
       toldLine = Some(line)
-      emit(Event(EventKind.Line, present, cut, status & 0xffff, 0, status >> 16, lost.toLong, now))
+      plant.emit(Event(EventKind.Line, present, cut, status & 0xffff, 0, status >> 16, lost.toLong, now))
     }
   }
 
@@ -563,163 +483,47 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
       bit(missing || (all & SlaveStatus.Wrong) != 0, WrongLine) |
       bit(((all | or) & SlaveStatus.Faults & ~SlaveStatus.Wrong) != 0, SlaveFault) |
       bit((or & SlaveStatus.Disabled) != 0, Disabled) | bit((or & SlaveStatus.Testing) != 0, Testing) |
-      bit(serverQuiet, ServerSilent) | bit(expected.isEmpty, Unlisted) | bit(full, Full)
+      bit(plant.isServerSilent, ServerSilent) | bit(expected.isEmpty, Unlisted) | bit(plant.isFull, Full)
   }
 
   // Plant side.
 
   /** When something happens next without the line. */
-  def due: Long = {
-    val report =
-      if (reportNow) now max (lastReport + ReportGap)
-      else lastReport + (if (events.nonEmpty) settings.repeat min settings.heartbeat else settings.heartbeat)
-    if (serverQuiet) report else report min (lastAnswer + settings.serverTimeout + 1)
-  }
+  def due: Long = plant.due(now)
 
   /** A report, if one is due. */
   def report(at: Long): Option[Report] = {
     now = at
-    if (!serverQuiet && now - lastAnswer > settings.serverTimeout) {
-      serverQuiet = true
-      changed()
-    }
-    val since = now - lastReport
-    if (
-      reportNow && since >= ReportGap || since >= settings.heartbeat ||
-      events.nonEmpty && since >= settings.repeat
-    ) {
-      reportNow = false
-      lastReport = now
-      reports += 1
-      val known = highest min maxSlaves
-      Some(
-        Report(
-          settings.id,
-          life,
-          serverLife,
-          reports,
-          first,
-          now - started,
-          status,
-          lost,
-          present,
-          cut,
-          refused,
-          Seq.tabulate(known)(i => ReportedSlave(statusOf(rows(i)), rows(i).block.node)),
-          events.take(ServerDatagram.Most).toSeq
-        )
-      )
-    } else None
+    plant.watch(now)
+    plant.report(now)(
+      status,
+      lost,
+      present,
+      cut,
+      Seq.tabulate(highest min maxSlaves)(i => ReportedSlave(statusOf(rows(i)), rows(i).block.node))
+    )
   }
 
   private def statusOf(r: Row) =
     r.block.status | (if (!r.present && r.expectation != 0) SlaveStatus.Wrong else 0)
 
-  /** An answer has come. What is not right changes nothing but a counter. */
+  /** An answer has come. */
   def answer(a: Answer, at: Long): Unit = {
     now = at
-    if (a.genuine && a.life == life && Integer.compareUnsigned(a.echo, lastEcho) > 0) {
-      lastEcho = a.echo
-      if (!a.trouble) {
-        lastAnswer = now
-        if (serverQuiet) {
-          serverQuiet = false
-          reportNow = true
-          changed()
-        }
-      }
-      if (a.server != serverLife) {
-        serverLife = a.server
-        reportNow = true
-        changed()
-      }
-      val done = a.number - first
-      if (done > 0 && done <= events.size) {
-        events.dropInPlace(done)
-        first = a.number
-        if (events.nonEmpty) reportNow = true
-        changed()
-      }
-      if (
-        a.order != Order.None && a.ticket != lastTicket && reports - a.echo <= OrderAge && mailbox.isEmpty
-      ) {
-        lastTicket = a.ticket
-        mailbox.enqueue(a)
-        changed()
-      }
-    } else refused = (refused + 1) min 255
+    plant.answer(a, now)
   }
 
   /** The host has carried out an order. */
-  def commanded(order: Answer, result: Int): Unit =
-    if (events.size < Places)
-      emit(Event(EventKind.Command, order.order, order.node, order.ticket & 0xffff, result, 0, 0, now))
+  def commanded(order: Answer, result: Int): Unit = plant.commanded(order, result, now)
 
   /** Cycles have been left out in which nothing happened. */
   def skip(cycles: Long): Unit =
     for (end <- 0 to 1 if counts(end) > 0)
       rotation(end) = ((rotation(end) + cycles * (Reads min counts(end))) % counts(end)).toInt
 
-  // Decisions.
-
-  /** The bits of status words reach the sounder and the fire output. */
-  protected[system] def soundsByState: Boolean = true
-
-  /** Whether a record is one that was heard or taken before, since its position was last absent: a slave
-    * begins with the same numbers, and even at the same time of its own, after each power-up.
-    */
-  protected[system] def isSame(a: Record, b: Record): Boolean =
-    a.sequence == b.sequence && a.epoch == b.epoch && a.guard == b.guard && a.state == b.state
-
-  /** A record sounds if an alarm is not silenced: one that has waited for long may be over. */
-  protected[system] def recordSounds(or: Int): Boolean = (or & SlaveStatus.Sounding) != 0
-
-  /** Fire follows from status words only. */
-  protected[system] def recordFires(or: Int): Boolean = false
-
-  /** The sounder ends when no slave that answers sounds: wrong, since others may not answer. */
-  protected[system] def followsSlaves: Boolean = false
-
-  /** An order is given up after a while, and when other slaves may have the positions. */
-  protected[system] def forgetsOrders: Boolean = true
-
-  /** Records that were heard or taken from a slave count no more when it is absent, nor do acknowledgements
-    * for it.
-    */
-  protected[system] def forgetsRecords: Boolean = true
-
-  /** A reset that has not ended the fire ends no later alarm. */
-  protected[system] def forgetsReset: Boolean = true
-
-  /** A slave that was absent, and comes back sounding, is heard. */
-  protected[system] def hearsReturned: Boolean = true
-
-  /** When orders are given up since one end of a ring has changed, the other end is heard again, too. */
-  protected[system] def hearsTogether: Boolean = true
-
-  /** When orders are given up, slaves that still sound are heard again. */
-  protected[system] def soundsAgain: Boolean = true
-
-  /** An order ends when the slave has taken it, not when its effect is seen. */
-  protected[system] def endsOrder: Boolean = true
-
-  protected[system] def stores(record: Record): Boolean = true
 }
 
 object MasterModel {
-
-  // Event memory.
-  val Places      = 128
-  val RecordsRoom = 120
-  val StatesRoom  = 64
-  val FullBegins  = 64
-  val FullEnds    = 32
-
-  /** Between two reports in us. */
-  val ReportGap = 1000L
-
-  /** How many reports an order may be behind. */
-  val OrderAge = 16
 
   // Of a frame.
   val Reads        = 4
