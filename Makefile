@@ -178,10 +178,11 @@ alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the
 	$(MAKE) -s -f $(SIM) build/alarm-ring/flyframe-alarm GENERATED=build/alarm-ring/verilog \
 	  COSIM_OUT=build/alarm-ring PRESETS="alarm-master-ring alarm-slave" COSIM_TRACE=0
 
+ring-sim: RING_PRESETS ?= ring-bus ring-node ring-node-tp ring-server
 ring-sim: tools-for-ring-sim ## build/ring/flyframe-ring: a fibre ring with its host programs, doors for \
-          # CAN programs
+          # CAN programs: RING_PRESETS="ring-gateway ring-node"
 	$(MAKE) -s -f $(SIM) build/ring/flyframe-ring COSIM_OUT=build/ring \
-	  PRESETS="ring-bus ring-node ring-node-tp ring-server" COSIM_TRACE=0
+	  PRESETS="$(RING_PRESETS)" COSIM_TRACE=0
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test
@@ -190,7 +191,7 @@ stack-test: tools-for-stack-test ## the slave stack against a fake controller, u
             # MESSAGES=1000000 mutated ones, SEED=1
 	$(MAKE) -s -f test/sim/test.mk stack-test $(if $(MESSAGES),MESSAGES=$(MESSAGES)) SEED=$(SEED)
 
-server: tools-for-server ## server and page of the smoke-alarm system: \
+server: tools-for-server ## server and page of the smoke-alarm system and of fibre rings: \
         # ARGS="--key FILE --http-port 8080", or ARGS=--help
 	$(SBT) "server / runMain flyframe.server.Server $(ARGS)"
 

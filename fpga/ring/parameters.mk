@@ -10,6 +10,9 @@ device ?= $(if $(filter bus,$(ROLE)),EP4CE6E22C8,$(if $(filter gateway,$(ROLE)),
 # Data bus towards the host, bits: 8, 16; a gateway has pins for 8. Also the data pins of the host bus.
 dataBusWidth ?= 8
 
+# Core clock, MHz: 50, 100; a gateway has 100
+coreClockMhz ?= $(if $(filter server,$(ROLE)),50,100)
+
 # Demodulator: 0 fast, 1 the published one, which counts
 demodulator ?= 0
 
@@ -18,4 +21,4 @@ rxFrames ?= 64
 filters  ?= 16
 
 # What the generator gets of these.
-BOARD_PARAMETERS := dataBusWidth demodulator rxFrames filters
+BOARD_PARAMETERS := dataBusWidth coreClockMhz demodulator rxFrames filters

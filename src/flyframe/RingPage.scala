@@ -45,6 +45,8 @@ object RingPage {
 
   private def counter(address: Int): Register = registers.find(_.address == address).get
 
+  private def named(name: String): String = at(registers.find(_.name == name).get.address)
+
   private def reach(coreClockMhz: Int): Seq[String] = {
     val header = Seq("kbit/s") ++ Reach.Nodes.map(n => s"$n nodes") ++ Seq(s"prescaler, $coreClockMhz MHz")
     val rows = Reach.Rates.map { rate =>
@@ -72,7 +74,11 @@ object RingPage {
   private val modes = Seq(
     Seq("Length", "limited by the bit rate, below", "100 km, and more with a longer `ring_confirm`"),
     Seq("Nodes", "limited by the bit rate, below", "up to 125"),
-    Seq("A break", "heals within the first frame behind it", "loses and delays nothing"),
+    Seq(
+      "A break",
+      "heals within the first frame behind it",
+      "loses nothing, and delays by `ring_confirm` at most"
+    ),
     Seq("Sent means", "somebody has acknowledged it", "all that can be reached have seen it"),
     Seq("Beside others", "any CAN controller behind a modem", "nodes of this kind only")
   )
@@ -83,6 +89,8 @@ object RingPage {
       "core cycles of a bit, the same time everywhere; out of reset 2 Mbit/s",
     s"${at(RingRegisters.Confirm)}, two bytes" ->
       s"time until a frame is repeated in 10 us; ${RingRegisters.ConfirmReset} out of reset",
+    s"${at(RingRegisters.Retries)}" ->
+      s"repeats until a frame has failed; ${RingRegisters.RetriesReset} out of reset",
     s"${at(RingRegisters.Life)}" -> "number of this start, modulo 128, from memory that keeps it",
     s"${at(CanRegisters.FilterStarts.head)} on" -> "what the node wants to receive, as above",
     s"${at(RingRegisters.Control)}" ->
@@ -96,6 +104,31 @@ object RingPage {
     Seq("2", "no", "port 2 down", "broken between port 2 of this node and port 1 of the next"),
     Seq("3", "no", "port 1 down", "broken between port 1 of this node and port 2 of the one before"),
     Seq("1", "no", "both down", "alone: broken on both sides, or the only node with power")
+  )
+
+  /** Why a node may be silent. */
+  private def silences = Seq(
+    Seq(
+      s"${bits("ring_conflict")} set",
+      "another node has its address (FR-62): give it another one, then " +
+        s"write ${1 << RingRegisters.ClearConflict} to ${at(RingRegisters.Control)} beside what stands there"
+    ),
+    Seq(
+      s"a port down, ${bits("ring_signal1")} (port 2: ${bits("ring_signal2")}) clear",
+      "no light: a fibre, a module, or a neighbour without power"
+    ),
+    Seq(
+      s"a port down, ${bits("ring_search1")} (${bits("ring_search2")}) set",
+      "the neighbour sends search: it does not hear this node, or not for long enough yet"
+    ),
+    Seq(
+      s"a port down, ${bits("ring_stuck1")} (${bits("ring_stuck2")}) set",
+      "light that stays dominant: a neighbour that is stuck"
+    ),
+    Seq(
+      "a port down with light and without search",
+      "`ring_up_ms` is not over, or it has gone down three times within a second and waits for one (FR-14)"
+    )
   )
 
   /** A paragraph, in lines as they are everywhere here. */
@@ -139,23 +172,22 @@ object RingPage {
     paragraph(s"""Optical port 2 of a node goes to port 1 of the next, with a fibre for each direction, and
     that
       of the last one to port 1 of the first. The pins take and give a square wave, light or no light: any
-      pair
-      of modules that passes ${preset.toneRecessiveKhz / 1000} to ${preset.toneDominantKhz / 1000} MHz will
-      do.
-      A ring that is never closed is a line, and works as one."""),
+      pair of modules that passes ${preset.toneRecessiveKhz / 1000} to ${preset.toneDominantKhz / 1000} MHz
+      with a duty cycle of 40 to 60 %, jitter of 2 ns at most (FR-05), and no more delay than the tables below
+      count, will do. A ring that is never closed is a line, and works as one."""),
     paragraph("""A board with pins, PLL, host bus and constraints for each kind of node, as Quartus project:
     [fpga/README.md](../fpga/README.md#the-ring-board)."""),
     Seq("## How long, how fast: bus mode", ""),
     paragraph(
       s"""In bus mode the ring is one CAN bus: a bit must reach the farthest node and come back before it
-      is sampled. Light needs ${Reach.NsPerMetre} us for a kilometre; each node and its two modules need
-      ${Reach.nodeNs(100) / 1000.0} us (${Reach.nodeNs(
+      is sampled. Light needs ${Reach.NsPerMetre} us for a kilometre; each node and its two modules (40 ns of
+      it) need ${Reach.nodeNs(100) / 1000.0} us (${Reach.nodeNs(
           50
         ) / 1000.0} us at a core clock of 50 MHz). The greatest
       length of the whole ring in km, gap included, as a break may move the gap anywhere (FR-38):"""
     ),
     reach(100),
-    Seq("The same at a core clock of 50 MHz:", ""),
+    Seq("The same at a core clock of 50 MHz, and of a ring with nodes of both clocks:", ""),
     reach(50),
     paragraph(
       s"""With this bit timing (${timing.length} quanta, sample point behind
@@ -167,17 +199,20 @@ object RingPage {
     paragraph(
       """How far beyond the rule it goes depends on where edges fall; do not plan with it. What light the
       receivers take, for the demodulator `demodulator` 0 (fast) and the published one (1, counting), which
-      decides every 2 us only and so cannot do 400 kbit/s (FR-04):"""
+      decides every 2 us only (FR-08). So it cannot do 400 kbit/s, which rules out relay mode, and the tables
+      above do not hold for it:"""
     ),
     paragraph("""![Wrong symbols against jitter, duty cycle, lost pulses and clock
       error](ring-modem.svg)"""),
     Seq("## How long, how fast: relay mode", ""),
     paragraph(
       s"""A link has 400 kbit/s to 2 Mbit/s, the same everywhere: $leastAt50 core cycles a bit ($leastAt100 at
-      100 MHz) to ${LinkTiming.Most}. Each node delays a frame by up to 60 bits (FR-46), each kilometre by
-      ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be longer than the way round
-      a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s do for 50 nodes and
-      100 km. The clocks of all nodes lie within 1,000 ppm of one another (RB-07)."""
+      100 MHz) to ${LinkTiming.Most}. Each node delays a frame by up to 60 bits if its output is idle
+      (FR-46), each kilometre by ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be
+      longer than the way round a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s
+      do for 50 nodes and 100 km. It needs more with more nodes; it is too short where `ring_repeated`
+      (${named("ring_repeated")}) counts in a ring that is whole. The clocks of all nodes lie
+      within 1,000 ppm of one another (RB-07)."""
     ),
     paragraph(
       f"""How long a frame of 8 bytes takes until the last node has it, in a ring of 51 nodes, 10 km
@@ -197,11 +232,16 @@ object RingPage {
       when a break heals (FB-11)."""),
     paragraph(s"""A port comes up when it has heard its neighbour for `ring_up_ms` (${at(RingRegisters.UpMs)},
       ${RingRegisters.UpMsReset} out of reset), the same time in all nodes. A port that waits already does so
-      for the time that was written before: switch the ports off (`ring_off`) while it is changed."""),
+      for the time that was written before: switch the ports off (`ring_off`, ${bits("ring_off")}) while it is
+      changed."""),
     Seq("## Setting up a node: relay mode", ""),
     table("Register", "Write")(relaySetup.map { case (where, what) => Seq(where, what) }),
-    paragraph("""Nobody is guard or `home`. What a slot holds has been confirmed when the slot is *sent*:
-      every node that can be reached has seen it; the node repeats it until then."""),
+    paragraph(
+      s"""Nobody is guard or `home`. What a slot holds has been confirmed when the slot is *sent*
+      (${at(f + CanRegisters.Sent)}): every node that can be reached has seen it. The node repeats it until
+      then, after longer and longer times; behind `ring_retries` repeats the slot is *failed*
+      (${at(f + CanRegisters.Failed)})."""
+    ),
     Seq("## A bridge to a twisted pair", ""),
     paragraph(
       s"""Preset `ring-node-tp` has a second CAN controller, for a twisted pair, and a bridge: buses of up
@@ -247,8 +287,10 @@ object RingPage {
       has the hops to each address by either port (FR-60): of nodes behind a break one of the two is
       not heard any more."""
     ),
+    paragraph("A node that is silent though its fibres are whole:"),
+    table("Sign", "Means")(silences),
     paragraph("""A cut of one fibre takes both ends of its link down, so that both neighbours show it. What a
-      node has heard wrong tells more:"""),
+      node has heard wrong tells more. Counters of a byte stop at 255, and begin anew with a reset only:"""),
     table("Counter", "Tells of")(counters.map { case (address, tells) =>
       Seq(s"${at(address)} `${counter(address).name}`", tells)
     }),

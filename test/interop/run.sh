@@ -253,7 +253,7 @@ for master in $running; do
 done
 if [ "$passed$failed$skipped" = 000 ]; then
   echo "Nothing to run. Scenarios: scan, cycles, star, clocks, cable, refuse, watchdog, eeprom, stack;" \
-    "only with soem: overlap, lrd_lwr, alarm, ring, stack_sync." >&2
+    "only with soem: overlap, lrd_lwr, alarm, digital, ring, stack_sync; with gateway: gateway." >&2
   exit 2
 fi
 echo "$passed passed, $failed failed, $skipped skipped"

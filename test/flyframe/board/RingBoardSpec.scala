@@ -93,8 +93,19 @@ class RingBoardSpec extends AnyFlatSpec with BoardBehaviour {
       )
     )
     val text = output("make", "-n", "quartus", "BOARD=ring", "ROLE=gateway", "rxFrames=16", "filters=4")
-    for (word <- Seq("--preset ring-gateway", "--rxFrames 16", "--filters 4"))
+    for (word <- Seq("--preset ring-gateway", "--rxFrames 16", "--filters 4", "--coreClockMhz 100"))
       assert(text.contains(word), word)
+    def clock(more: String*) =
+      output(Seq("make", "-n", "quartus", "BOARD=ring") ++ more: _*)
+        .split("--coreClockMhz ")(1)
+        .takeWhile(_.isDigit)
+    assert(
+      (clock("ROLE=server"), clock("ROLE=node"), clock("ROLE=node", "coreClockMhz=50")) == ((
+        "50",
+        "100",
+        "50"
+      ))
+    )
   }
 
   it should "say in a sentence that there is no such board" in {

@@ -13,6 +13,7 @@ class RelayRingSpec extends AnyFlatSpec {
   private val p     = Presets.relay.copy(coreClockMhz = 50)
   private val Nodes = 4
   private val tier  = Tier("Relay mode of a ring of RTL nodes", "breaks", test = 6, soak = 400)
+  private val Seed  = 5L
   private val port  = CanRegisters.PortStarts(0)
 
   private def little(map: Int) = Seq(map & 0xff, map >> 8)
@@ -83,39 +84,40 @@ class RelayRingSpec extends AnyFlatSpec {
       )
   }
 
-  "FR-63: breaks of a ring of RTL nodes, and their mends" should "lose and double nothing" in onRing { r =>
-    val random = new Random(5)
-    val sent   = Array.fill(Nodes)(0)
-    def load(us: Int): Unit = for (_ <- 0 until us / 100) {
-      val n = random.nextInt(Nodes)
-      if (r.map(n, CanRegisters.Requests) == 0) {
-        sent(n) += 1
-        r.request(n, frame(n, sent(n)))
+  "FR-63: breaks of a ring of RTL nodes, and their mends" should "lose and double nothing" in
+    tier.run(s"$Nodes nodes", tier.size, Some(Seed))(onRing { r =>
+      val random = new Random(Seed)
+      val sent   = Array.fill(Nodes)(0)
+      def load(us: Int): Unit = for (_ <- 0 until us / 100) {
+        val n = random.nextInt(Nodes)
+        if (r.map(n, CanRegisters.Requests) == 0) {
+          sent(n) += 1
+          r.request(n, frame(n, sent(n)))
+        }
+        r.us(1 + random.nextInt(200))
       }
-      r.us(1 + random.nextInt(200))
-    }
-    val got = Array.fill(Nodes)(Seq.empty[CanFrame])
-    for (_ <- 0L until tier.size) {
-      load(500)
-      val link = random.nextInt(Nodes)
-      r.rtl.pass(random.nextInt(25))
-      r.rtl.cut(link, isCut = true)
-      load(1500)
-      r.rtl.cut(link, isCut = false)
-      load(500)
-      for (n <- 0 until Nodes) got(n) ++= r.received(n)
-    }
-    r.us(20000)
-    for (n <- 0 until Nodes) {
-      got(n) ++= r.received(n)
-      assert(r.map(n, CanRegisters.Requests) == 0 && r.map(n, CanRegisters.Failed) == 0, s"node $n")
-      for (from <- 0 until Nodes)
-        assert(
-          got(n).filter(_.data.head == from) == (if (from == n) Nil
-                                                 else (1 to sent(from)).map(frame(from, _))),
-          s"frames of node $from at node $n"
-        )
-    }
-    info(s"${sent.sum} frames, ${(0 until Nodes).map(r.counter(_, "ring_repeated")).sum} repeats")
-  }
+      val got = Array.fill(Nodes)(Seq.empty[CanFrame])
+      for (_ <- 0L until tier.size) {
+        load(500)
+        val link = random.nextInt(Nodes)
+        r.rtl.pass(random.nextInt(25))
+        r.rtl.cut(link, isCut = true)
+        load(1500)
+        r.rtl.cut(link, isCut = false)
+        load(500)
+        for (n <- 0 until Nodes) got(n) ++= r.received(n)
+      }
+      r.us(20000)
+      for (n <- 0 until Nodes) {
+        got(n) ++= r.received(n)
+        assert(r.map(n, CanRegisters.Requests) == 0 && r.map(n, CanRegisters.Failed) == 0, s"node $n")
+        for (from <- 0 until Nodes)
+          assert(
+            got(n).filter(_.data.head == from) == (if (from == n) Nil
+                                                   else (1 to sent(from)).map(frame(from, _))),
+            s"frames of node $from at node $n"
+          )
+      }
+      info(s"${sent.sum} frames, ${(0 until Nodes).map(r.counter(_, "ring_repeated")).sum} repeats")
+    })
 }

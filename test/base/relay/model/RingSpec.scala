@@ -3,13 +3,11 @@ package flyframe.relay.model
 import java.lang.management.ManagementFactory
 import flyframe.Tier
 import flyframe.can.CanFrame
-import flyframe.registers.RingRegisters
 import flyframe.relay._
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** Rings in relay mode, in the engine. */
 class RingSpec extends AnyFlatSpec {
-  import RingLoad.Us
   private val seed   = 15L
   private val breaks = Tier("Breaks of a ring in relay mode, 51 nodes", "breaks", test = 4, soak = 10000)
   private val errors =
