@@ -60,10 +60,13 @@ class OwnFramesSpec extends AnyFlatSpec {
       val seen = mutable.Map.empty[String, Long].withDefaultValue(0L)
       // The schedule of 50 MHz and that of 100.
       for ((mhz, weight) <- Seq(50 -> 2, 100 -> 1)) {
-        val p = CanParams(coreClockMhz = mhz)
-        RawTester.test(new OwnNode(p), Simulation.annotations(this, s"own frames $mhz")) { dut =>
-          for (run <- 0L until tier.share(weight, 3) by Run)
-            new Node(dut, p, new Random(mhz + run), seen, isCalm = run % (2 * Run) > 0).run(run)
+        val p    = CanParams(coreClockMhz = mhz)
+        val size = tier.share(weight, 3)
+        tier.run(s"$mhz MHz", size, Some(mhz.toLong)) {
+          RawTester.test(new OwnNode(p), Simulation.annotations(this, s"own frames $mhz")) { dut =>
+            for (run <- 0L until size by Run)
+              new Node(dut, p, new Random(mhz + run), seen, isCalm = run % (2 * Run) > 0).run(run)
+          }
         }
       }
       println(seen.toSeq.sorted.mkString("Own frames: ", ", ", "."))

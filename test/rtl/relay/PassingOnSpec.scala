@@ -14,6 +14,7 @@ import scala.util.Random
 class PassingOnSpec extends AnyFlatSpec {
   private val tier =
     Tier("Passing on in RTL against the model", "core cycles", test = 900000, soak = 50000000)
+  private val Seed = 4L
 
   /** What comes in at a port: frames one behind the other, of which some are disturbed, and of 30 so many die
     * right behind their header.
@@ -86,10 +87,10 @@ class PassingOnSpec extends AnyFlatSpec {
 
   for ((mhz, share) <- Seq(50 -> 1, 100 -> 2))
     s"FR-44 to FR-49, RB-07 to RB-10, RB-15, RB-19 to RB-21: what a node of $mhz MHz passes on" should
-      "be what the model passes on, in each cycle" in passesOn(
-        CanParams(coreClockMhz = mhz),
-        tier.share(share, 3)
-      )
+      "be what the model passes on, in each cycle" in {
+        val size = tier.share(share, 3)
+        tier.run(s"$mhz MHz", size, Some(Seed))(passesOn(CanParams(coreClockMhz = mhz), size))
+      }
 
   private def passesOn(p: CanParams, size: Long): Unit = {
     val schedule = Schedule(p)
@@ -97,7 +98,7 @@ class PassingOnSpec extends AnyFlatSpec {
     val cycles   = 4000 * least // of a run
     val design   = Simulation.annotations(this, s"passing on ${p.coreClockMhz}")
     RawTester.test(new PassingOn(schedule), design) { dut =>
-      val random = new Random(4)
+      val random = new Random(Seed)
       val most   = Array(0L, 0L)
       for (first <- 0L until size by cycles) {
         val bit    = if (first == 0 || random.nextBoolean()) least else random.between(least, 2 * least)
