@@ -3,6 +3,7 @@
 import argparse
 import json
 import pathlib
+import re
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--sources", help="the commit of the results that are added")
@@ -24,6 +25,7 @@ def row(*cells):
     print("| " + " | ".join(str(cell) for cell in cells) + " |")
 
 
+tests = "".join(p.read_text() for p in pathlib.Path("test").rglob("*.scala"))
 results = json.loads(options.record.read_text()) if options.record.exists() else []
 if options.add:
     new = [json.loads(line) for line in options.add.read_text().splitlines()]
@@ -34,7 +36,6 @@ if options.add:
     # Of a part that has run twice the last result counts.
     results += {(r["check"], r["part"]): r for r in new}.values()
     # One that there is no more is forgotten.
-    tests = "".join(p.read_text() for p in pathlib.Path("test").rglob("*.scala"))
     results = sorted((r for r in results if r["check"] in tests), key=lambda r: r["check"])
     options.record.write_text(json.dumps(results, indent=1) + "\n")
 
@@ -54,6 +55,13 @@ row("---", "---", "---:", "---")
 for check, parts in checks.items():
     row(check, parts[0]["unit"], number(parts[0]["soak"]), parts[0]["sources"])
 print()
+missing = sorted(set(re.findall(r'\bTier\(\s*"([^"]+)"', tests)) - set(checks), key=str.lower)
+if missing:
+    print("Of these no full run is on record:")
+    print()
+    for check in missing:
+        print(f"- {check[0].upper()}{check[1:]}")
+    print()
 print("## Results")
 for check, parts in checks.items():
     print()

@@ -10,7 +10,7 @@ import scala.util.Random
 /** Sixteen nodes on a bus on which much goes wrong; `make transport-campaign` does it for longer. */
 class NetworkSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Transport of a bus with faults, model and C mixed", "messages", test = 400, soak = 100000)
+    Tier("Transport of a bus with faults, model and C mixed", "messages", test = 300, soak = 100000)
   private val all = Faults(lost = 0.3, doubled = 0.1, late = 0.1, restarts = 0.01, breaks = 0.01)
 
   private val mixes = Seq[(String, Int => Boolean)](
@@ -18,11 +18,12 @@ class NetworkSpec extends AnyFlatSpec {
     ("the model", _ => false),
     ("C", _ => true)
   )
+  private val part = tier.share(1, mixes.size.toLong)
 
   for (((name, inC), seed) <- mixes.zip(1L to 3L))
     s"TP-30, TP-13: $name" should "deliver each message exactly once, or say that it is not confirmed" in
-      info(tier.run(name, tier.size / 4, Some(seed)) {
-        new Network(16, seed, all, inC).run((tier.size / 4).toInt)
+      info(tier.run(name, part, Some(seed)) {
+        new Network(16, seed, all, inC).run(part.toInt)
       })
 
   "TP-05, TP-30: without faults all messages" should "be delivered, urgent ones faster" in {
