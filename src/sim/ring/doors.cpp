@@ -35,7 +35,7 @@ size_t Doors::nodeOf(const std::string& option, std::string& value) const {
   return i;
 }
 
-Doors::Doors(Ring& ring, const Options& options) : ring_(ring), doors_(ring.size()) {
+Doors::Doors(Ring& ring, const Options& options) : ring_(ring), doors_(ring.size()), first_(ring.size()) {
   std::string value;
   for (const std::string& o : options.slcan) {
     const size_t i = nodeOf(o, value);
@@ -70,7 +70,13 @@ void Doors::serve() {
     if (port)
       for (const CanEvent& e : port->events())
         for (const auto& door : doors_[i]) door->happened(e);
-    for (const auto& door : doors_[i]) door->serve(port);
+    // Behind the door that has sent last, so that the next place at a full port is another one's.
+    const size_t count = doors_[i].size(), first = first_[i];
+    for (size_t k = first; k < first + count; ++k) {
+      const size_t backlog = port ? port->backlog() : 0;
+      doors_[i][k % count]->serve(port);
+      if (port && port->backlog() > backlog) first_[i] = k % count + 1;
+    }
   }
 }
 

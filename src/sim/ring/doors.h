@@ -26,4 +26,5 @@ class Doors {
 
   Ring& ring_;
   std::vector<std::vector<std::unique_ptr<Door>>> doors_;  // by node
+  std::vector<size_t> first_;                              // to be served, by node
 };

@@ -19,6 +19,12 @@ bool parseHex(const std::string& text, size_t most, uint32_t& value) {
   value = static_cast<uint32_t>(std::stoul(text, nullptr, 16));
   return true;
 }
+
+std::string verbOf(const std::string& words) {
+  std::string verb;
+  std::istringstream(words) >> verb;
+  return verb;
+}
 }  // namespace
 
 SocketcandDoor::SocketcandDoor(uint16_t port) : listener_(loopbackSocket(SOCK_STREAM, port)) {}
@@ -72,9 +78,9 @@ std::string SocketcandDoor::answer(Client& c, const std::string& words, CanHost*
   std::string verb, argument, more;
   line >> verb >> argument >> more;
   if (verb == "send" && c.open) {
-    if (send(c, words, port)) return "";
-    ++malformed_;
-    return "< error the frame is none >";
+    // As the real one: programs would take an answer for an error frame.
+    if (!send(c, words, port)) ++malformed_;
+    return "";
   }
   if (verb == "echo" && argument.empty()) return "< echo >";
   if (verb == "open" && !argument.empty() && more.empty() && !c.open) {
@@ -90,7 +96,7 @@ std::string SocketcandDoor::answer(Client& c, const std::string& words, CanHost*
   return c.open ? "< error unknown command >" : "< error no bus is open >";
 }
 
-// A client whose frames wait at the port is not read until there is a place, as by a slow bus.
+// A client whose next frame finds no place at the port is not read until there is one, as by a slow bus.
 void SocketcandDoor::take(Client& c, CanHost* port) {
   char buffer[4096];
   while (!c.gone && !c.ended && c.in.size() <= sizeof buffer) {
@@ -103,10 +109,11 @@ void SocketcandDoor::take(Client& c, CanHost* port) {
     else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) c.gone = true;
     break;
   }
-  for (size_t end; (!port || port->backlog() < kBacklog) && (end = c.in.find('>')) != std::string::npos;) {
+  for (size_t end; (end = c.in.find('>')) != std::string::npos;) {
     const size_t begin = c.in.rfind('<', end);
     const std::string words =
         begin == std::string::npos || end - begin > kLongest ? "" : c.in.substr(begin + 1, end - begin - 1);
+    if (port && port->backlog() >= kBacklog && c.open && verbOf(words) == "send") break;
     c.in.erase(0, end + 1);
     const std::string reply = answer(c, words, port);
     if (!reply.empty()) say(c, reply);
@@ -127,15 +134,18 @@ void SocketcandDoor::serve(CanHost* port) {
     clients_.push_back({fd, ++last_, "", ""});
     say(clients_.back(), "< hi >");
   }
-  for (auto c = clients_.begin(); c != clients_.end();) {
-    take(*c, port);
-    flush(*c);
+  // Who sends goes to the end, so that the next place at a full port is another one's.
+  auto c = clients_.begin();
+  for (size_t left = clients_.size(); left > 0; --left) {
+    const auto now = c++;
+    const size_t backlog = port ? port->backlog() : 0;
+    take(*now, port);
+    flush(*now);
+    if (port && port->backlog() > backlog) clients_.splice(clients_.end(), clients_, now);
     // What a client has sent before it left is still to be carried out.
-    if (c->gone || (c->ended && c->in.find('>') == std::string::npos)) {
-      close(c->fd);
-      c = clients_.erase(c);
-    } else {
-      ++c;
+    if (now->gone || (now->ended && now->in.find('>') == std::string::npos)) {
+      close(now->fd);
+      clients_.erase(now);
     }
   }
 }

@@ -128,21 +128,52 @@ class DoorsSpec extends AnyFlatSpec {
     val tcp = tcpPort()
     using(relay(2), "--socketcand", s"2=$tcp") { ring =>
       ring.run(StartUs)
-      // Says something, and hears what it waits for.
-      def client(commands: String, waitsFor: String): Unit =
-        Using.resource(new Socket(InetAddress.getLoopbackAddress, tcp)) { socket =>
-          socket.setSoTimeout(240000)
-          socket.getOutputStream.write(commands.getBytes)
-          val heard = new StringBuilder
-          while (heard.indexOf(waitsFor) < 0) {
-            val c = socket.getInputStream.read()
-            assert(c >= 0, heard)
-            heard += c.toChar
-          }
-        }
       val sends = (1 to 40).map(n => f"< send 123 1 $n%02x >").mkString
-      client(s"< open can0 >$sends< echo >", waitsFor = "< echo >") // all have been taken then
-      client("< open can0 >< rawmode >", waitsFor = " 28 >")
+      client(tcp, s"< open can0 >$sends< echo >", waitsFor = "< echo >") // all have been taken then
+      client(tcp, "< open can0 >< rawmode >", waitsFor = " 28 >")
+    }
+  }
+
+  /** Says something to socketcand, and hears what it waits for: all that came until then. */
+  private def client(port: Int, commands: String, waitsFor: String): String =
+    Using.resource(new Socket(InetAddress.getLoopbackAddress, port)) { socket =>
+      socket.setSoTimeout(120000)
+      socket.getOutputStream.write(commands.getBytes)
+      val heard = new StringBuilder
+      while (heard.indexOf(waitsFor) < 0) {
+        val c = socket.getInputStream.read()
+        assert(c >= 0, heard)
+        heard += c.toChar
+      }
+      heard.toString
+    }
+
+  "TL-01: a send of socketcand that is malformed" should "be counted, and not be answered" in {
+    val tcp = tcpPort()
+    using(relay(2), "--socketcand", s"2=$tcp") { ring =>
+      ring.run(StartUs)
+      // A remote frame of python-can, which takes an answer for an error frame.
+      val said = client(tcp, "< open can0 >< rawmode >< send 123 4  >< echo >", waitsFor = "< echo >")
+      assert(said == "< hi >< ok >< ok >< echo >")
+      assert(ring.status()("doors")(0)("malformed").num == 1)
+    }
+  }
+
+  "TL-01: a client of socketcand that floods" should "leave others their turns" in {
+    val (tcp, other) = (tcpPort(), tcpPort())
+    using(relay(2), "--socketcand", s"2=$tcp", "--socketcand", s"2=$other") { ring =>
+      ring.run(StartUs)
+      Using.resource(new Socket(InetAddress.getLoopbackAddress, tcp)) { flood =>
+        flood.getOutputStream.write("< open can0 >".getBytes)
+        val frames = ("< send 123 0 >" * 1000).getBytes
+        val writer = Future(blocking(while (true) flood.getOutputStream.write(frames)))
+        ring.await("the port is full", 100000)(ring.node(2)("backlog").num >= 1000)
+        // Whose frame has found a place, of the same door and of another one.
+        for (port <- Seq(tcp, other))
+          client(port, "< open can0 >< send 124 0 >< echo >", waitsFor = "< echo >")
+        flood.close()
+        Await.ready(writer, 60.seconds)
+      }
     }
   }
 
