@@ -10,6 +10,7 @@ namespace {
 constexpr uint8_t kVersion = 2, kData = 0;
 constexpr size_t kHead = 5, kMost = 1472;  // bytes of a datagram
 constexpr size_t kFrameHead = 5, kLongestFrame = kFrameHead + 8;
+constexpr uint8_t kFd = 0x80;  // of a length: a byte of flags follows
 
 uint32_t big(const uint8_t* p, size_t bytes) {
   uint32_t n = 0;
@@ -25,27 +26,35 @@ CannelloniDoor::CannelloniDoor(uint16_t port, uint16_t peer)
 
 CannelloniDoor::~CannelloniDoor() { close(socket_); }
 
-// A datagram is taken as a whole or not at all.
+// The frames of a datagram are taken all or none. Those of CAN FD among them find no bus, and are dropped.
 bool CannelloniDoor::take(const uint8_t* d, size_t length, CanHost* port) {
   if (length < kHead || d[0] != kVersion || d[1] != kData) return false;
+  if (heard_ && d[2] != wanted_) ++gaps_;
+  heard_ = true;
+  wanted_ = static_cast<uint8_t>(d[2] + 1);
   const unsigned count = big(d + 3, 2);
+  unsigned fds = 0;
   std::vector<CanFrame> frames;
   size_t at = kHead;
   for (unsigned i = 0; i < count; ++i) {
     if (length - at < kFrameHead) return false;
     const uint32_t id = big(d + at, 4);
-    const size_t bytes = d[at + 4], carried = id & socketcan::kRemote ? 0 : bytes;
+    const bool isFd = d[at + 4] & kFd;
+    const size_t bytes = isFd ? d[at + 4] & ~kFd : d[at + 4];
+    const size_t carried = (isFd ? 1 : 0) + (id & socketcan::kRemote ? 0 : bytes);
     at += kFrameHead;
-    if (bytes > 8 || length - at < carried) return false;
-    const auto frame = socketcan::canFrame(id, bytes, d + at);
-    if (!frame) return false;
-    frames.push_back(*frame);
+    if (bytes > (isFd ? 64 : 8) || length - at < carried) return false;
+    if (isFd) {
+      ++fds;
+    } else {
+      const auto frame = socketcan::canFrame(id, bytes, d + at);
+      if (!frame) return false;
+      frames.push_back(*frame);
+    }
     at += carried;
   }
   if (at != length) return false;
-  if (heard_ && d[2] != wanted_) ++gaps_;
-  heard_ = true;
-  wanted_ = static_cast<uint8_t>(d[2] + 1);
+  dropped_ += fds;
   for (const CanFrame& f : frames)
     if (!port || port->backlog() >= kBacklog) ++dropped_;
     else port->send(f, this);

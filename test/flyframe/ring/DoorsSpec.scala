@@ -177,6 +177,33 @@ class DoorsSpec extends AnyFlatSpec {
     }
   }
 
+  "TL-01: a frame of CAN FD in a datagram of cannelloni" should "be dropped alone" in {
+    val udp = udpPort()
+    val log = Directory.lasting("doors").resolve("ring.log")
+    using(relay(2), "--cannelloni", s"1=$udp", "--candump", s"2=$log") { ring =>
+      ring.run(StartUs)
+      def frame(id: Int, length: Int, data: Int*) =
+        (Seq(0, 0, id >> 8, id & 0xff, length) ++ data).map(_.toByte)
+      def datagram(number: Int, count: Int, frames: Seq[Byte]*) =
+        Seq[Byte](2, 0, number.toByte, 0, count.toByte) ++ frames.flatten
+      val fd = frame(0x124, 0x80 | 12, Seq.fill(1 + 12)(0x55): _*)
+      Using.resource(new DatagramSocket()) { socket =>
+        for (
+          d <- Seq(
+            datagram(7, 3, frame(0x123, 1, 0xaa), fd, frame(0x125, 1, 0xbb)),
+            datagram(8, 2, frame(0x126, 0)), // is refused, but has come
+            datagram(9, 1, frame(0x127, 0))
+          )
+        ) socket.send(new DatagramPacket(d.toArray, d.size, InetAddress.getLoopbackAddress, udp))
+        ring.await("the last frame comes", 10000)(Files.readString(log).contains("127#"))
+      }
+      val came = Files.readAllLines(log).asScala.toSeq.map(_.split(' ').last)
+      assert(came.filter(_.matches("12\\d#.*")) == Seq("123#AA", "125#BB", "127#"))
+      val door = ring.status()("doors")(0)
+      assert(Seq("dropped", "malformed", "gaps").map(door(_).num) == Seq(1, 1, 0), door)
+    }
+  }
+
   "TL-01: doors that cannot be" should "be told in one sentence" in {
     val file  = Files.writeString(Directory.lasting("ring").resolve("ring.json"), ujson.write(relay(2)))
     val plain = Files.writeString(Directory.lasting("ring").resolve("ring.json"), """{"nodes": 2}""")
