@@ -2,6 +2,7 @@
 
 #include <pcap/pcap.h>
 
+#include "core/flush.h"
 #include "core/user_error.h"
 
 std::vector<RecordedFrame> readCapture(const std::string& path) {
@@ -37,14 +38,19 @@ struct CaptureWriter::Handles {
   }
 };
 
-CaptureWriter::CaptureWriter(const std::string& path, int linkType) : handles_(std::make_unique<Handles>()) {
+CaptureWriter::CaptureWriter(const std::string& path, int linkType)
+    : path_(path),
+      handles_(std::make_unique<Handles>()) {
   handles_->pcap = pcap_open_dead_with_tstamp_precision(linkType, 65535, PCAP_TSTAMP_PRECISION_NANO);
   handles_->dumper = pcap_dump_open(handles_->pcap, path.c_str());
   if (!handles_->dumper)
     throw UserError("cannot write the capture '" + path + "': " + pcap_geterr(handles_->pcap) + ".");
+  flush();
 }
 
 CaptureWriter::~CaptureWriter() = default;
+
+void CaptureWriter::flush() { ::flush(pcap_dump_file(handles_->dumper), "the capture '" + path_ + "'"); }
 
 void CaptureWriter::write(int64_t ns, const Bytes& frame) {
   pcap_pkthdr header{};
@@ -52,4 +58,5 @@ void CaptureWriter::write(int64_t ns, const Bytes& frame) {
   header.ts.tv_usec = ns % 1'000'000'000;
   header.caplen = header.len = static_cast<bpf_u_int32>(frame.size());
   pcap_dump(reinterpret_cast<u_char*>(handles_->dumper), &header, frame.data());
+  flush();
 }

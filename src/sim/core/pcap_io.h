@@ -16,7 +16,7 @@ struct RecordedFrame {
 // All frames of a pcap or pcapng file. UserError if it cannot be read or is not Ethernet.
 std::vector<RecordedFrame> readCapture(const std::string& path);
 
-// Writes a pcap file with time stamps in nanoseconds.
+// Writes a pcap file with time stamps in nanoseconds. UserError if it cannot be written.
 class CaptureWriter {
  public:
   // `linkType`: of libpcap; none: Ethernet.
@@ -26,5 +26,7 @@ class CaptureWriter {
 
  private:
   struct Handles;
+  void flush();
+  std::string path_;
   std::unique_ptr<Handles> handles_;
 };

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 namespace {
 // Its timers go by real time, as those of the server do.
@@ -29,7 +30,7 @@ struct Plant::Callbacks {
   static Plant& plant(void* p) { return *static_cast<Plant*>(p); }
   static ssize_t send(const void* data, size_t size, void* p) {
     const auto* bytes = static_cast<const uint8_t*>(data);
-    plant(p).toNode_(Bytes(bytes, bytes + size));
+    plant(p).waiting_.emplace_back(bytes, bytes + size);
     return static_cast<ssize_t>(size);
   }
   static void complain(const char*, void*) {}  // of what the master sends: tests look at that
@@ -84,6 +85,12 @@ Plant::~Plant() { slirp_cleanup(slirp_); }
 
 void Plant::fromNode(const Bytes& frame) {
   slirp_input(slirp_, frame.data(), static_cast<int>(frame.size()));
+  deliver();
+}
+
+// Not inside libslirp, through which no exception may pass.
+void Plant::deliver() {
+  for (const Bytes& frame : std::exchange(waiting_, {})) toNode_(frame);
 }
 
 void Plant::poll() {
@@ -98,4 +105,5 @@ void Plant::poll() {
   slirp_pollfds_fill(slirp_, &timeout, Callbacks::wanted, this);
   const int result = ::poll(fds_.data(), fds_.size(), 0);
   slirp_pollfds_poll(slirp_, result < 0, Callbacks::happened, this);
+  deliver();
 }

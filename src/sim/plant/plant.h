@@ -37,8 +37,10 @@ class Plant {
   };
   struct Callbacks;
   friend struct Callbacks;
+  void deliver();
 
   std::function<void(const Bytes&)> toNode_;
+  std::vector<Bytes> waiting_;  // for the node
   std::list<Timer> timers_;
   std::vector<pollfd> fds_;
   Slirp* slirp_ = nullptr;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/flush.h"
 #include "core/user_error.h"
 
 namespace {
@@ -18,6 +19,7 @@ std::string sign(size_t node, size_t level) {
 
 LevelRecorder::LevelRecorder(Ring& ring, const std::string& path)
     : ring_(ring),
+      path_(path),
       file_(std::fopen(path.c_str(), "w")),
       changes_(ring.size()),
       last_(ring.size()) {
@@ -36,7 +38,10 @@ LevelRecorder::LevelRecorder(Ring& ring, const std::string& path)
 }
 
 LevelRecorder::~LevelRecorder() {
-  flush();
+  try {
+    flush();
+  } catch (const UserError&) {  // it has been told
+  }
   for (size_t i = 0; i < ring_.size(); ++i) ring_.node(i).onLevels = nullptr;
   std::fclose(file_);
 }
@@ -57,4 +62,5 @@ void LevelRecorder::flush() {
   }
   std::stable_sort(all.begin(), all.end(), [](const Change& a, const Change& b) { return a.at < b.at; });
   for (const Change& c : all) write(c);
+  ::flush(file_, "the levels '" + path_ + "'");
 }

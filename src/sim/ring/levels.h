@@ -11,7 +11,7 @@ class LevelRecorder {
  public:
   LevelRecorder(Ring& ring, const std::string& path);
   ~LevelRecorder();
-  // Writes what has happened before now.
+  // Writes what has happened before now. UserError if it cannot.
   void flush();
 
  private:
@@ -23,6 +23,7 @@ class LevelRecorder {
   void write(const Change& change);
 
   Ring& ring_;
+  std::string path_;
   std::FILE* file_;
   std::vector<std::vector<Change>> changes_;  // by node, each filled by its processor
   std::vector<unsigned> last_;

@@ -50,10 +50,13 @@ class PlantLink {
   Plant plant_;
 };
 
-// Until `quit`, SIGINT or SIGTERM, or until `endMs`; or until `parent` is another one, unless it is 0.
+// Until `quit`, SIGINT, SIGTERM, SIGHUP or `endMs`; or until `parent` is another one, unless it is 0.
 void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, LevelRecorder* levels,
            Script& script, const std::string& controlPath, double endMs, pid_t parent) {
-  for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
+  for (int s : {SIGINT, SIGTERM, SIGHUP}) {
+    const auto before = std::signal(s, [](int) { stopRequested = 1; });
+    if (s == SIGHUP && before == SIG_IGN) std::signal(s, SIG_IGN);  // nohup
+  }
   RingBench bench(ring, doors);
   bool quit = false;
   const auto command = [&](const std::vector<std::string>& words) -> std::string {
@@ -152,6 +155,7 @@ int main(int argc, char** argv) {
   app.add_flag("--with-parent", withParent, "ends when the program that has started it has ended");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
   const pid_t parent = getppid();
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves is an error of writing
   return runProgram(app, argc, argv, [&]() -> int {
     RingSpec spec = readRing(network);
     if (!seeded->empty()) spec.seed = seed;

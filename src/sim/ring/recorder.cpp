@@ -1,5 +1,6 @@
 #include "ring/recorder.h"
 
+#include "core/flush.h"
 #include "core/user_error.h"
 #include "ring/socketcan.h"
 #include "ring/socketcand.h"
@@ -21,7 +22,9 @@ void PcapRecorder::happened(const CanEvent& e) {
   file_.write(e.at / kNs, packet);
 }
 
-CandumpRecorder::CandumpRecorder(const std::string& path) : file_(std::fopen(path.c_str(), "w")) {
+CandumpRecorder::CandumpRecorder(const std::string& path)
+    : path_(path),
+      file_(std::fopen(path.c_str(), "w")) {
   if (!file_) throw UserError("cannot write the log '" + path + "'.");
 }
 
@@ -44,5 +47,5 @@ void CandumpRecorder::happened(const CanEvent& e) {
   }
   if (f->rawDlc > 0) std::fprintf(file_, "_%X", f->rawDlc);
   std::fputc('\n', file_);
-  std::fflush(file_);
+  flush(file_, "the log '" + path_ + "'");
 }

@@ -29,5 +29,6 @@ class CandumpRecorder : public Door {
   std::string name() const override { return "candump"; }
 
  private:
+  std::string path_;
   std::FILE* file_;
 };

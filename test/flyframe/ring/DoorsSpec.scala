@@ -277,6 +277,58 @@ class DoorsSpec extends AnyFlatSpec {
     assert(told.count(t => t(4) == "1" && t(6).toInt > 0) > 5 && told.forall(t => Set("", "0")(t(5))), told)
   }
 
+  /** Node 2 sends a frame each millisecond, from the time on when it can. */
+  private def sending(folder: Path): Seq[String] = {
+    val lines = (StartUs to 20000L by 1000L).map(us => s"$us frame 2 123#\n").mkString
+    Seq(
+      "--network",
+      s"${Files.writeString(folder.resolve("ring.json"), ujson.write(relay(2)))}",
+      "--script",
+      s"${Files.writeString(folder.resolve("script"), lines)}",
+      "--state",
+      s"${folder.resolve("state")}",
+      "--processors",
+      "1"
+    )
+  }
+
+  "TL-02: recordings that cannot be written" should "end the simulator with one sentence" in {
+    val folder = Directory.lasting("full")
+    def ends(recorder: Seq[String], sentence: String) = {
+      val (text, code) = refused(sending(folder) ++ recorder ++ Seq("--end-ms", "20"): _*)
+      assert(code == 2 && text.linesIterator.toSeq.last == s"flyframe-ring: cannot write $sentence.", text)
+    }
+    val full = "'/dev/full': No space left on device"
+    ends(Seq("--candump", "1=/dev/full"), s"the log $full")
+    ends(Seq("--record", "1=/dev/full"), s"the capture $full")
+    ends(Seq("--vcd", "/dev/full"), s"the levels $full")
+    // And while it runs: a reader takes the header only, and leaves.
+    val pipe = folder.resolve("pipe")
+    assert(Seq("mkfifo", s"$pipe").! == 0)
+    val reader = Seq("head", "-c", "24", s"$pipe").run(ProcessLogger(_ => ()))
+    ends(Seq("--record", s"1=$pipe"), s"the capture '$pipe': Broken pipe")
+    assert(reader.exitValue() == 0)
+  }
+
+  "TL-02: recordings of a simulator that runs" should "be whole, also when it is hung up" in {
+    val folder  = Directory.lasting("hung-up")
+    val pcap    = folder.resolve("ring.pcap")
+    val options = Seq("--record", s"1=$pcap", "--slcan", s"2=${folder.resolve("tty")}")
+    val process = new java.lang.ProcessBuilder((program +: (sending(folder) ++ options)).asJava)
+      .redirectError(folder.resolve("errors").toFile)
+      .start()
+    try {
+      val deadline = 120.seconds.fromNow
+      while (!Files.exists(pcap) || Files.size(pcap) < 24 + 15 * (16 + 16)) {
+        assert(deadline.hasTimeLeft() && process.isAlive, Files.readString(folder.resolve("errors")))
+        Thread.sleep(10)
+      }
+      assert(tshark(pcap).size == 15)
+      assert(Seq("kill", "-HUP", s"${process.pid}").! == 0)
+      assert(process.waitFor() == 0 && !Files.isSymbolicLink(folder.resolve("tty")))
+    } finally process.destroyForcibly()
+  }
+
   "TL-03: levels of a node" should "show sigrok's decoder the frames on the ring" in {
     val (tty, tcp) = (link(), tcpPort())
     val folder     = Directory.lasting("levels")
