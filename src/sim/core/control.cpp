@@ -15,6 +15,15 @@ namespace {
 constexpr size_t kLongest = 65536;  // of a line
 
 bool isLater() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
+
+// A program listens there.
+bool isServed(const sockaddr_un& address) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const bool served =
+      connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || isLater();
+  close(fd);
+  return served;
+}
 }  // namespace
 
 Control::Control(const std::string& path, OnLine onLine) : path_(path), onLine_(std::move(onLine)) {
@@ -23,8 +32,9 @@ Control::Control(const std::string& path, OnLine onLine) : path_(path), onLine_(
   if (path.size() >= sizeof address.sun_path) throw UserError("the control path '" + path + "' is too long.");
   std::strcpy(address.sun_path, path.c_str());
   struct stat there;
-  if (stat(path.c_str(), &there) == 0) {
+  if (lstat(path.c_str(), &there) == 0) {
     if (!S_ISSOCK(there.st_mode)) throw UserError("'" + path + "' is there already and is no socket.");
+    if (isServed(address)) throw UserError("another program listens at '" + path + "'.");
     unlink(path.c_str());
   }
   listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -34,12 +44,15 @@ Control::Control(const std::string& path, OnLine onLine) : path_(path), onLine_(
     if (listener_ >= 0) close(listener_);
     throw UserError("cannot listen at '" + path + "': " + why + ".");
   }
+  if (lstat(path.c_str(), &there) == 0) device_ = there.st_dev, inode_ = there.st_ino;
 }
 
 Control::~Control() {
   for (auto& [fd, client] : clients_) close(fd);
+  struct stat there;
+  if (lstat(path_.c_str(), &there) == 0 && there.st_dev == device_ && there.st_ino == inode_)
+    unlink(path_.c_str());
   close(listener_);
-  unlink(path_.c_str());
 }
 
 void Control::wanted(std::vector<pollfd>& fds) const {

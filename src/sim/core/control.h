@@ -2,6 +2,7 @@
 #pragma once
 
 #include <poll.h>
+#include <sys/types.h>
 
 #include <functional>
 #include <map>
@@ -13,7 +14,7 @@ class Control {
   // What a line asks for; its answer, empty for a plain "ok". A UserError becomes "error: ...".
   using OnLine = std::function<std::string(const std::vector<std::string>& words)>;
 
-  // Listens at `path`; replaces a socket left there, nothing else.
+  // Listens at `path`; replaces a socket left there, nothing else. At the end it removes its own one only.
   Control(const std::string& path, OnLine onLine);
   ~Control();
   Control(const Control&) = delete;
@@ -37,5 +38,7 @@ class Control {
   std::string path_;
   OnLine onLine_;
   int listener_ = -1;
+  dev_t device_ = 0;
+  ino_t inode_ = 0;
   std::map<int, Client> clients_;  // by their descriptors
 };

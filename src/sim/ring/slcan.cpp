@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
 #include "core/user_error.h"
 #include "ring-node.h"
@@ -23,9 +24,27 @@ constexpr uint32_t kWarning = 96;       // of an error counter
 bool isHex(const std::string& text) {
   return text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
 }
+
+// Where a link leads; empty: it is none.
+std::string linked(const std::string& path) {
+  std::error_code none;
+  return std::filesystem::read_symlink(path, none).string();
+}
+
+// Terminals are there as long as a program has them.
+void removeOldLink(const std::string& path) {
+  struct stat there;
+  if (lstat(path.c_str(), &there) < 0) return;
+  if (!S_ISLNK(there.st_mode)) throw UserError("'" + path + "' is there already and is no link.");
+  if (linked(path).rfind("/dev/pts/", 0) != 0)
+    throw UserError("'" + path + "' is there already and is no link to a pseudo-terminal.");
+  if (stat(path.c_str(), &there) == 0) throw UserError("another program has the terminal '" + path + "'.");
+  unlink(path.c_str());
+}
 }  // namespace
 
 SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
+  removeOldLink(path);  // first: the new terminal may have the name of an old one
   terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   char name[128];
   if (terminal_ < 0 || grantpt(terminal_) < 0 || unlockpt(terminal_) < 0 ||
@@ -38,17 +57,13 @@ SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
     throw UserError("the pseudo-terminal '" + std::string(name) + "' cannot be opened.");
   cfmakeraw(&raw);
   tcsetattr(otherEnd_, TCSANOW, &raw);
-  struct stat there;
-  if (lstat(path.c_str(), &there) == 0) {
-    if (!S_ISLNK(there.st_mode)) throw UserError("'" + path + "' is there already and is no link.");
-    unlink(path.c_str());
-  }
+  terminalName_ = name;
   if (symlink(name, path.c_str()) < 0)
     throw UserError("cannot make the link '" + path + "': " + std::strerror(errno) + ".");
 }
 
 SlcanDoor::~SlcanDoor() {
-  unlink(path_.c_str());
+  if (linked(path_) == terminalName_) unlink(path_.c_str());
   close(otherEnd_);
   close(terminal_);
 }

@@ -7,7 +7,7 @@
 
 class SlcanDoor : public Door {
  public:
-  // `path` becomes a link to the terminal.
+  // `path` becomes a link to the terminal; one that a simulator has left there is replaced, nothing else.
   explicit SlcanDoor(const std::string& path);
   ~SlcanDoor() override;
   void serve(CanHost* port) override;
@@ -21,7 +21,7 @@ class SlcanDoor : public Door {
   void say(const std::string& text);
   void flush();
 
-  std::string path_;
+  std::string path_, terminalName_;
   int terminal_ = -1, otherEnd_ = -1;
   std::string in_, out_;
   bool open_ = false, listenOnly_ = false, stamps_ = false, tooLong_ = false;

@@ -227,6 +227,36 @@ class DoorsSpec extends AnyFlatSpec {
     taken.close()
   }
 
+  "TL-01: what another simulator has, or what is not ours" should "be left alone" in {
+    val folder = Directory.lasting("ring")
+    val file   = Files.writeString(folder.resolve("ring.json"), ujson.write(relay(2)))
+    def refuses(option: String, value: String, sentence: String) = {
+      val (text, code) = refused("--network", s"$file", "--end-ms", "0.1", option, value)
+      assert(code == 2 && text.contains(sentence) && text.count(_ == '\n') == 1, text)
+    }
+    val (tty, other) = (folder.resolve("tty"), folder.resolve("other"))
+    // A link that a simulator has left is replaced.
+    Files.createSymbolicLink(tty, Path.of("/dev/pts/99999"))
+    using(relay(2), "--slcan", s"1=$tty", "--slcan", s"2=$other") { ring =>
+      val terminal = Files.readSymbolicLink(tty)
+      refuses("--slcan", s"1=$tty", "another program has the terminal")
+      assert(Files.readSymbolicLink(tty) == terminal && Files.exists(tty))
+      val control = ring.folder.resolve("control")
+      refuses("--control", s"$control", "another program listens")
+      assert(Files.exists(control))
+      ring.us()
+      // While it runs, something else takes their places.
+      for (path <- Seq(other, control)) {
+        Files.delete(path)
+        Files.createSymbolicLink(path, file)
+      }
+    }
+    assert(!Files.isSymbolicLink(tty) && Files.isSymbolicLink(other))
+    refuses("--slcan", s"1=$other", "is no link to a pseudo-terminal")
+    refuses("--control", s"$other", "is no socket")
+    assert(Files.isSymbolicLink(other))
+  }
+
   /** What tshark shows of a capture, a line of fields for each packet. */
   private def tshark(file: Path, arguments: String*): Seq[String] =
     (Seq("tshark", "-r", s"$file") ++ arguments).!!(ProcessLogger(_ => ())).linesIterator.toSeq
