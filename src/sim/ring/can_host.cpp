@@ -12,6 +12,9 @@ extern "C" {
 
 namespace {
 constexpr uint32_t kPassUs = 1000;
+constexpr Time kStampsAnew = 65'536 * kUs;
+// In relay mode frames from both sides overlap, and the longer one comes out behind one that began later.
+constexpr Time kOverlap = 1000 * kUs;
 constexpr uint32_t kLifeMask = 0x7f;
 constexpr int kHead = 5, kDataAt = 8;
 constexpr uint32_t kWaking = NODE_CAN_F_MASK_RECEIVED_MASK | NODE_CAN_F_MASK_SLOT_DONE_MASK |
@@ -50,7 +53,9 @@ Time CanHost::timeOf(uint16_t stamp) {
   return slave().nextRise() - static_cast<uint16_t>(now - stamp) * kUs;
 }
 
+// Of a slow host only the newest frame began not long ago; each other one not long before the next one.
 void CanHost::receive() {
+  const size_t first = pass_.size();
   while (read_number(&board_, at(NODE_CAN_F_RX_LEVEL), 1) != 0) {
     uint8_t bytes[16];
     board_read(&board_, at(NODE_CAN_F_RX_FRAME), bytes, sizeof bytes);
@@ -65,6 +70,8 @@ void CanHost::receive() {
     pass_.push_back(
         {CanEvent::received, timeOf(static_cast<uint16_t>(number_at(bytes + 6, 2))), f, {}, nullptr});
   }
+  for (size_t i = pass_.size(); i-- > first + 1;)
+    while (pass_[i - 1].at > pass_[i].at + kOverlap) pass_[i - 1].at -= kStampsAnew;
 }
 
 // One slot only, so that no frame overtakes another one.

@@ -257,6 +257,15 @@ class DoorsSpec extends AnyFlatSpec {
     assert(Files.isSymbolicLink(other))
   }
 
+  "TL-02: times of frames" should "be right with a slow host" in {
+    // A pass of the host has them all, and stamps begin anew each 65.536 ms.
+    val sent  = (10000L to 90000L by 20000L).map(us => us -> f"123#${us / 10000}%02X")
+    val lines = (StartUs -> "host 1 slow 100") +: sent.map { case (us, frame) => us -> s"frame 2 $frame" }
+    val came  = script(relay(2), lines, endUs = 120000, logged = Seq(1))(1)
+    assert(came.map(_.frame) == sent.map(_._2), came)
+    for ((Logged(us, _), (asked, _)) <- came.zip(sent)) assert(us >= asked && us < asked + 200, came)
+  }
+
   /** What tshark shows of a capture, a line of fields for each packet. */
   private def tshark(file: Path, arguments: String*): Seq[String] =
     (Seq("tshark", "-r", s"$file") ++ arguments).!!(ProcessLogger(_ => ())).linesIterator.toSeq
