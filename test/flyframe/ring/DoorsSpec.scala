@@ -3,6 +3,7 @@ package flyframe.ring
 import java.io.FileOutputStream
 import java.net.{DatagramPacket, DatagramSocket, InetAddress, ServerSocket, Socket}
 import java.nio.file.{Files, Path}
+import java.util.concurrent.TimeUnit
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.concurrent.ExecutionContext.Implicits.global
 import scala.concurrent.duration._
@@ -353,7 +354,9 @@ class DoorsSpec extends AnyFlatSpec {
     val folder  = Directory.lasting("hung-up")
     val pcap    = folder.resolve("ring.pcap")
     val options = Seq("--record", s"1=$pcap", "--slcan", s"2=${folder.resolve("tty")}")
-    val process = new java.lang.ProcessBuilder((program +: (sending(folder) ++ options)).asJava)
+    // Where nohup has started the tests a program would go on.
+    val command = Seq("env", "--default-signal=HUP", program) ++ sending(folder) ++ options
+    val process = new java.lang.ProcessBuilder(command.asJava)
       .redirectError(folder.resolve("errors").toFile)
       .start()
     try {
@@ -364,7 +367,8 @@ class DoorsSpec extends AnyFlatSpec {
       }
       assert(tshark(pcap).size == 15)
       assert(Seq("kill", "-HUP", s"${process.pid}").! == 0)
-      assert(process.waitFor() == 0 && !Files.isSymbolicLink(folder.resolve("tty")))
+      assert(process.waitFor(60, TimeUnit.SECONDS) && process.exitValue == 0)
+      assert(!Files.isSymbolicLink(folder.resolve("tty")))
     } finally process.destroyForcibly()
   }
 
