@@ -30,6 +30,11 @@ proc board_project {sources sdc mhz width} {
   set_global_assignment -name CYCLONEIII_CONFIGURATION_SCHEME "ACTIVE SERIAL"
   set_global_assignment -name CYCLONEII_RESERVE_NCEO_AFTER_CONFIGURATION "USE AS REGULAR IO"
   set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"
+
+  # A host in reset leaves its strobes open: no access then.
+  foreach strobe {bus_ne bus_noe bus_nwe} {
+    set_instance_assignment -name WEAK_PULL_UP_RESISTOR ON -to $strobe
+  }
 }
 
 # The device checks its configuration while it works, and says at pin CRC_ERROR (99) if it is damaged.
@@ -50,6 +55,12 @@ proc free {port pins} {
   }
 }
 proc fixed {port pins} { free $port $pins }
+
+# Quartus takes 3.3 V beside DCLK only for a signal of which it is told that it does not switch.
+proc slow {port pin} {
+  free $port $pin
+  set_instance_assignment -name IO_MAXIMUM_TOGGLE_RATE "0 MHz" -to $port
+}
 
 # Compiles the open project.
 proc compile_board {work name} {

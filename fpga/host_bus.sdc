@@ -13,6 +13,7 @@ set_false_path -hold -from $strobes
 set payload [get_ports {bus_a* bus_d* bus_nbl*}]
 set taken   [get_registers -compatibility_mode {*MemoryBusCrossing:*|taken_*}]
 set_max_delay -from $payload -to $taken 15
+set_max_delay -from $strobes -to $taken 8
 set_false_path -hold -from $payload -to $taken
 
 # Towards the host nothing is clocked: read data and wait change with the core clock, and with the pins. Both
@@ -25,5 +26,5 @@ set_max_delay -from $states -to $answer 15
 set_max_delay -from [get_ports {bus_ne bus_noe}] -to $answer 15
 set_false_path -hold -to $answer
 
-# ResetCrossing: begins without a clock.
-set_false_path -to [get_pins -compatibility_mode {*ResetCrossing:*|*|clrn}]
+# ResetCrossing: begins without a clock. Pins have the names of instances alone.
+set_false_path -to [get_pins -compatibility_mode {*boardReset|crossing|*|clrn}]

@@ -3,6 +3,7 @@
 #
 #   fixed   needs what this pin has: a clock input, or the output of a PLL
 #   free    any user I/O pin will do: route the board as you like, then exchange pins here
+#   slow    beside DCLK, where at 3.3 V only a signal may be that hardly ever changes
 #
 # Pins 23, 24, 25 and 88 to 91 are inputs only. Pins 6, 8, 12, 13 belong to the configuration memory and stay
 # free.
@@ -17,12 +18,12 @@ if {!$rmii} {
 
 # ---- PHYs --------------------------------------------------------------------------------------------------
 # With RMII a port has half of the data pins, and no clock.
-free  phy_reset_n   38
+slow  phy_reset_n   11
 if {$rmii} {
   free  rmii_0_rxd     {34 33}
   free  rmii_0_crs_dv  30
   free  rmii_0_rx_er   28
-  free  rmii_0_tx_en   11
+  free  rmii_0_tx_en   38
   free  rmii_0_txd     {10 7}
   free  rmii_0_link    1
   free  rmii_1_rxd     {87 86}
@@ -35,7 +36,7 @@ if {$rmii} {
   free  mii_0_rxd     {34 33 32 31}
   free  mii_0_rx_dv   30
   free  mii_0_rx_er   28
-  free  mii_0_tx_en   11
+  free  mii_0_tx_en   38
   free  mii_0_txd     {10 7 3 2}
   free  mii_0_link    1
   free  mii_1_rxd     {87 86 85 84}

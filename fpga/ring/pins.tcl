@@ -3,6 +3,7 @@
 #
 #   fixed   needs what this pin has: a clock input, or the output of a PLL
 #   free    any user I/O pin will do: route the board as you like, then exchange pins here
+#   slow    beside DCLK, where at 3.3 V only a signal may be that hardly ever changes
 #
 # One layout does for EP4CE6, EP4CE10 and EP4CE15: only pins that all three have are used. Pins 23 to 25 and
 # 88 to 91 are inputs only, in an EP4CE15 also 52 to 55 and 126 to 129. Pins 6, 8, 12, 13 belong to the
@@ -39,12 +40,12 @@ if {$role eq "node-tp"} {
 # ---- PHYs: of a server the plant network, of a gateway towards the master and away from it -----------------
 if {$phys > 0} {
   fixed phy_clk       43                     ;# PLL1_CLKOUTp of EP4CE6 and EP4CE10; a resistor for each PHY
-  free  phy_reset_n   39
+  slow  phy_reset_n   11
   fixed mii_0_rx_clk  24                     ;# any clock input
   free  mii_0_rxd     {33 32 31 30}
   free  mii_0_rx_dv   28
   free  mii_0_rx_er   25
-  free  mii_0_tx_en   11
+  free  mii_0_tx_en   39
   free  mii_0_txd     {10 7 42 44}
   free  mii_0_link    46
 }

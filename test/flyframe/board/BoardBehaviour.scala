@@ -26,6 +26,7 @@ trait BoardBehaviour { this: AnyFlatSpec =>
     it should "lint without a warning" in assert(board.lint() == "")
 
     it should "have a user pin of the package for every port" in {
+      val slow = board.project.collect { case s"port $port IO_MAXIMUM_TOGGLE_RATE {0 MHz}" => port }.toSet
       assert(board.pins.map(_._1).sorted == board.ports.keys.toSeq.sorted)
       assert(
         board.pins.map(_._2).distinct.size == board.pins.size,
@@ -33,11 +34,18 @@ trait BoardBehaviour { this: AnyFlatSpec =>
       )
       for ((port, pin) <- board.pins) {
         assert(userPins.get(pin).exists(_ != "memory"), s"$port on pin $pin")
-        assert(userPins(pin) == "io" || board.ports(port) == "input", s"$port on pin $pin")
+        assert(userPins(pin) != "in" || board.ports(port) == "input", s"$port on pin $pin")
+        assert((userPins(pin) == "slow") == slow(port), s"$port on pin $pin")
       }
       for ((port, pin) <- board.pins if port == "clk_50" || port.endsWith("_rx_clk"))
         assert(userPins(pin) == "in", port)
     }
+
+    it should "see no access of a host whose pins are open" in
+      assert(
+        board.project.collect { case s"port $port WEAK_PULL_UP_RESISTOR ON" => port }.toSet ==
+          Set("bus_ne", "bus_noe", "bus_nwe")
+      )
 
     it should "match every name in the constraints, and leave no pin without one" in {
       // The clocks' pins have a clock.

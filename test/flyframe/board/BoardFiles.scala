@@ -165,9 +165,9 @@ abstract class BoardFiles(val board: String, val role: String, val width: Int, k
     walk("board", "")
   }
 
-  /** The names for `test/flyframe/board/timing.tcl`. */
+  /** The names for `test/flyframe/board/timing.tcl`; those of pins hold no entities. */
   lazy val names: Path = {
-    val pins  = registers.map(r => s"pin {$r|clrn}")
+    val pins  = registers.map(r => s"pin {${r.replaceAll("\\w+:", "")}|clrn}")
     val lines = ports.keys.toSeq.map(n => s"port {$n}") ++ registers.map(n => s"register {$n}") ++ pins
     written("names.txt", lines.mkString("", "\n", "\n"))
   }
