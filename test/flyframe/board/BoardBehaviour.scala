@@ -59,6 +59,10 @@ trait BoardBehaviour { this: AnyFlatSpec =>
         register <- first if !register.contains("ResetCrossing") && !register.contains("EdgeSampleCrossing")
       )
         assert(named(register), register)
+      // Strobes have a limit where they decide what is taken, too.
+      val limited = board.constraints.collect { case ("max=8", name) => name }.toSet
+      for (register <- first if register.contains("MemoryBusCrossing") && register.contains("|taken"))
+        assert(limited(register), register)
     }
 
     it should s"have ${board.coreClockMhz} MHz, as generated, at the PLL and in the constraints" in {

@@ -30,7 +30,7 @@ class RingSpec extends AnyFlatSpec {
       info(s"at most ${l.most} frames waited")
     }
 
-  "FR-63: 51 nodes at half load" should "lose, double and delay nothing by breaks and mends" in
+  "FR-63: 51 nodes at half load" should "lose and double nothing by breaks and mends, and delay little" in
     breaks.run("51 nodes", breaks.size, Some(seed)) {
       val b = new RelayBreaks(seed)
       b.run(breaks.size.toInt)
