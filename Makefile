@@ -199,7 +199,7 @@ server: tools-for-server ## server and page of the smoke-alarm system and of fib
 interop: PRESET = slave
 interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave \
          # ARGS="--only scan"
-	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" \
+	$(SBT) "set run / fork := false" "run --preset $(PRESET) --out build/interop/verilog" \
 	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
 	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog" \
 	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks \

@@ -18,6 +18,8 @@ from pathlib import Path
 PROGRAMS = "build/campaign/programs"
 # Frames behind the one that differed: two frames can be on their way through the controller at the same time.
 BEHIND = 8
+# Frames of a shard from which on the code of Java's better compiler pays for its compilation.
+SHORT = 10_000
 # Whoever is killed without a chance to clean up leaves no program running.
 TIED = ["setpriv", "--pdeathsig", "KILL", "--"]
 
@@ -81,7 +83,11 @@ def writer(shard, programs):
     # Not all jars of the folder: one of an earlier build may lie there still, under another name.
     jars = os.pathsep.join(str(Path(programs) / "jars" / jar) for jar in built(programs)["jars"])
     # A collector of one thread: the player is busy beside it, and so are other shards.
-    java = ["java", "-Xmx1g", "-XX:+UseSerialGC", "-cp", jars, "flyframe.campaign.Vectors"]
+    java = ["java", "-Xmx1g", "-XX:+UseSerialGC", "-cp", jars]
+    # A short one is over before the better of Java's two compilers has paid.
+    if shard.size < SHORT:
+        java.append("-XX:TieredStopAtLevel=1")
+    java.append("flyframe.campaign.Vectors")
     return [*java, "--set", shard.set, "--seed", str(shard.seed), "--frames", str(shard.size)]
 
 

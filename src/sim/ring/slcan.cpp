@@ -50,13 +50,13 @@ SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
   if (terminal_ < 0 || grantpt(terminal_) < 0 || unlockpt(terminal_) < 0 ||
       ptsname_r(terminal_, name, sizeof name) != 0)
     throw UserError(std::string("there is no pseudo-terminal: ") + std::strerror(errno) + ".");
-  // The other end stays open, so that a program that leaves does not hang it up.
-  otherEnd_ = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+  const int programs = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
   termios raw;
-  if (otherEnd_ < 0 || tcgetattr(otherEnd_, &raw) < 0)
+  if (programs < 0 || tcgetattr(programs, &raw) < 0)
     throw UserError("the pseudo-terminal '" + std::string(name) + "' cannot be opened.");
   cfmakeraw(&raw);
-  tcsetattr(otherEnd_, TCSANOW, &raw);
+  tcsetattr(programs, TCSANOW, &raw);
+  close(programs);
   terminalName_ = name;
   if (symlink(name, path.c_str()) < 0)
     throw UserError("cannot make the link '" + path + "': " + std::strerror(errno) + ".");
@@ -64,7 +64,6 @@ SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
 
 SlcanDoor::~SlcanDoor() {
   if (linked(path_) == terminalName_) unlink(path_.c_str());
-  close(otherEnd_);
   close(terminal_);
 }
 
@@ -86,43 +85,82 @@ void SlcanDoor::flush() {
 
 void SlcanDoor::serve(CanHost* port) {
   // Only so much at a time: a program that never ends would stop the simulation.
-  char buffer[512];
-  ssize_t n;
-  for (int left = 8; left > 0 && (n = read(terminal_, buffer, sizeof buffer)) > 0; --left)
-    for (ssize_t i = 0; i < n; ++i) {
-      const char c = buffer[i];
-      if (c == '\r') {
-        const std::string reply = tooLong_ ? kBad : answer(in_, port);
-        if (reply == kBad) ++malformed_;
-        say(reply);
-        in_.clear();
-        tooLong_ = false;
-      } else if (c != '\n') {
-        tooLong_ = tooLong_ || in_.size() >= kLongest;
-        if (!tooLong_) in_ += c;
-      }
-    }
+  for (int left = 8; left > 0 && take(port) && hear(); --left) {}
   flush();
 }
 
+// More of what a program has written; false: there is nothing more.
+bool SlcanDoor::hear() {
+  char buffer[512];
+  const ssize_t n = read(terminal_, buffer, sizeof buffer);
+  if (n > 0) unread_.assign(buffer, static_cast<size_t>(n));
+  if (n > 0 || errno != EIO) used_ = true;
+  else if (used_) leave();
+  return n > 0;
+}
+
+// No program has the terminal any more: the next one finds it as the first has, and nothing of the last one's
+// answers.
+void SlcanDoor::leave() {
+  used_ = open_ = listenOnly_ = stamps_ = tooLong_ = overrun_ = busError_ = false;
+  in_.clear();
+  out_.clear();
+  tcflush(terminal_, TCOFLUSH);
+  const int programs = open(terminalName_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+  tcflush(programs, TCIFLUSH);
+  close(programs);
+}
+
+// Carries out what has been heard. False: a frame waits for a place at the port, and all behind it with it,
+// as at an adapter that stops the line.
+bool SlcanDoor::take(CanHost* port) {
+  for (size_t i = 0; i < unread_.size(); ++i) {
+    const char c = unread_[i];
+    if (c == '\r') {
+      if (port && port->backlog() >= kBacklog && frameOf(in_)) {
+        unread_.erase(0, i);
+        return false;
+      }
+      const std::string reply = tooLong_ ? kBad : answer(in_, port);
+      if (reply == kBad) ++malformed_;
+      say(reply);
+      in_.clear();
+      tooLong_ = false;
+    } else if (c != '\n') {
+      tooLong_ = tooLong_ || in_.size() >= kLongest;
+      if (!tooLong_) in_ += c;
+    }
+  }
+  unread_.clear();
+  return true;
+}
+
 // Frames with 3 or 8 digits of identifier, DLC, and two digits for each byte.
-bool SlcanDoor::send(const std::string& command, CanHost* port) {
+std::optional<CanFrame> SlcanDoor::frameOf(const std::string& command) const {
   CanFrame f;
   f.extended = command[0] == 'T' || command[0] == 'R';
   f.remote = command[0] == 'r' || command[0] == 'R';
+  const bool is = f.extended || f.remote || command[0] == 't';
   const size_t digits = f.extended ? 8 : 3;
-  if (!open_ || listenOnly_ || command.size() < digits + 2 || !isHex(command.substr(1))) return false;
+  if (!is || !open_ || listenOnly_ || tooLong_ || command.size() < digits + 2 || !isHex(command.substr(1)))
+    return {};
   const unsigned long id = std::stoul(command.substr(1, digits), nullptr, 16);
   const char dlc = command[digits + 1];
-  if (id > (f.extended ? 0x1fffffffu : 0x7ffu) || dlc < '0' || dlc > '8') return false;
+  if (id > (f.extended ? 0x1fffffffu : 0x7ffu) || dlc < '0' || dlc > '8') return {};
   f.id = static_cast<uint32_t>(id);
   f.dlc = static_cast<uint8_t>(dlc - '0');
-  if (command.size() != digits + 2 + 2 * f.bytes()) return false;
+  if (command.size() != digits + 2 + 2 * f.bytes()) return {};
   for (size_t i = 0; i < f.bytes(); ++i)
     f.data[i] = static_cast<uint8_t>(std::stoul(command.substr(digits + 2 + 2 * i, 2), nullptr, 16));
-  if (!port || port->backlog() >= kBacklog) return false;
-  port->send(f, this);
-  return true;
+  return f;
+}
+
+std::string SlcanDoor::send(const std::string& command, CanHost* port) {
+  const auto frame = frameOf(command);
+  if (!frame) return kBad;
+  if (port) port->send(*frame, this);
+  else ++dropped_;
+  return frame->extended ? "Z\r" : "z\r";
 }
 
 // What has happened since the last time, and how the controller is.
@@ -162,9 +200,9 @@ std::string SlcanDoor::answer(const std::string& command, CanHost* port) {
       open_ = false;
       return kGood;
     case 't':
-    case 'r': return send(command, port) ? "z\r" : kBad;
+    case 'r':
     case 'T':
-    case 'R': return send(command, port) ? "Z\r" : kBad;
+    case 'R': return send(command, port);
     case 'V': return alone ? "V1010\r" : kBad;
     case 'N': return alone ? "N0000\r" : kBad;
     case 'F': return alone && open_ ? flags(port) : kBad;

@@ -1,6 +1,6 @@
 package flyframe.ring
 
-import java.io.FileOutputStream
+import java.io.{FileInputStream, FileOutputStream, InputStream}
 import java.net.{DatagramPacket, DatagramSocket, InetAddress, ServerSocket, Socket}
 import java.nio.file.{Files, Path}
 import java.util.concurrent.TimeUnit
@@ -122,6 +122,51 @@ class DoorsSpec extends AnyFlatSpec {
       ring.ask("status")
       for (w <- writers) Await.ready(w, 60.seconds)
       terminal.close()
+    }
+  }
+
+  /** Reads a terminal until what it has said ends so. */
+  private def heard(terminal: InputStream, end: String): String = {
+    val text = new StringBuilder
+    while (!text.endsWith(end)) text += terminal.read().toChar
+    text.toString
+  }
+
+  "TL-01: a program of slcan with more frames than the port holds" should "wait, and lose none" in {
+    val (tty, log) = (link(), Directory.lasting("doors").resolve("ring.log"))
+    using(relay(2), "--slcan", s"1=$tty", "--candump", s"2=$log") { ring =>
+      ring.run(StartUs)
+      val frames = (0 until 1050).map(n => f"t1232$n%04X\r")
+      Using.resources(new FileOutputStream(tty.toFile), new FileInputStream(tty.toFile)) { (out, in) =>
+        out.write("O\r".getBytes)
+        heard(in, "\r")
+        val writer = Future(blocking(out.write(frames.mkString.getBytes)))
+        for (_ <- frames) assert(heard(in, "\r").takeRight(2) == "z\r")
+        Await.ready(writer, 60.seconds)
+      }
+      ring.await("the last frame comes", 1000000)(Files.readString(log).contains(f"123#${1049}%04X"))
+      val door = ring.status()("doors")(0)
+      assert(Seq("dropped", "malformed").forall(door(_).num == 0), door)
+    }
+    val came = Files.readAllLines(log).asScala.toSeq.map(_.split(' ').last).filter(_.startsWith("123#"))
+    assert(came == (0 until 1050).map(n => f"123#$n%04X"))
+  }
+
+  "TL-01: a program of slcan that leaves in the midst of all" should "leave nothing to the next one" in {
+    val tty = link()
+    using(relay(2), "--slcan", s"1=$tty") { ring =>
+      ring.run(StartUs)
+      // Answers that it has not read, more than the terminal holds, and half a line.
+      val last = new FileOutputStream(tty.toFile)
+      last.write(("O\r" + "V\r" * 2000 + "t1231").getBytes)
+      ring.run(5000)
+      last.close()
+      ring.run(5000)
+      Using.resources(new FileOutputStream(tty.toFile), new FileInputStream(tty.toFile)) { (out, in) =>
+        // The line is its own, and the channel is closed: F is refused.
+        out.write("V\rF\rO\rF\r".getBytes)
+        assert(heard(in, "F00\r") == "V1010\r\u0007\rF00\r")
+      }
     }
   }
 
