@@ -77,6 +77,11 @@ val chisel = Seq(
   libraryDependencies ++= Seq("org.chipsalliance" %% "chisel" % chiselVersion, chiseltest % Test)
 )
 
+/** Tests that wait for other programs, or do in Java a thing once: the better of its two compilers costs more
+  * than it saves.
+  */
+val simplyCompiled = Test / javaOptions += "-XX:TieredStopAtLevel=1"
+
 lazy val base = (project in file("src/base"))
   .enablePlugins(BuildInfoPlugin)
   .settings(
@@ -94,6 +99,7 @@ lazy val server = (project in file("src/server"))
   .dependsOn(base % "compile;test->test", flyframe % "test->test")
   .settings(
     floor("server"),
+    simplyCompiled,
     libraryDependencies ++= Seq(
       noLogging,
       "io.undertow"              % "undertow-core"  % "2.3.27.Final",
@@ -110,6 +116,7 @@ lazy val flyframe = (project in file("."))
   .settings(
     floor("flyframe"),
     chisel,
+    simplyCompiled,
     Compile / mainClass := Some("flyframe.Main"),
     // The server's tests wait much, so they go first: beside those of the RTL.
     Test / executeTests :=
