@@ -147,7 +147,7 @@ module NodeTime(
   assign timer = count;
 endmodule
 
-module EdgeSampleCrossing(
+module LevelCrossing(
   input  clock,
   input  in,
   output out
@@ -160,6 +160,19 @@ module EdgeSampleCrossing(
     stable <= meta;
   end // always @(posedge)
   assign out = stable;
+endmodule
+
+module EdgeSampleCrossing(
+  input  clock,
+  input  in,
+  output out
+);
+
+  LevelCrossing rising_crossing (
+    .clock (clock),
+    .in    (in),
+    .out   (out)
+  );
 endmodule
 
 module FastDemodulator(
@@ -484,7 +497,7 @@ module OpticalPort(
     .tone  (_modulator_tone),
     .light (tx)
   );
-  EdgeSampleCrossing signal_crossing (
+  LevelCrossing signal_crossing (
     .clock (clock),
     .in    (optical),
     .out   (_signal_crossing_out)
@@ -1826,6 +1839,7 @@ module ProtocolEngine(
   output       events_takes,
   output       events_ends,
   output       events_sent,
+  output       events_stops,
   output       events_received,
   output       events_error_valid,
   output [4:0] events_error_bits_bit,
@@ -1908,6 +1922,7 @@ module ProtocolEngine(
   wire        counts = sampled & mayCount;
   wire        _events_received_T = place_field == 5'hE;
   wire        sent = isGood & sender & _events_received_T & place_bit == 5'h6;
+  wire        inVain = sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost);
   wire        goesOff = _counters_busOffNext & ~_counters_busOff;
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
@@ -2012,9 +2027,7 @@ module ProtocolEngine(
       receiver <=
         ~(~mode_run | _GEN_1)
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
-      attempts <=
-        mode_run
-        & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
+      attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
       sampled <= sample_valid;
@@ -2177,9 +2190,9 @@ module ProtocolEngine(
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends =
-    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
+  assign events_ends = attempts & (~mode_run | inVain | sent);
   assign events_sent = sent;
+  assign events_stops = ~mode_run & ~inVain;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
   assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
@@ -3591,6 +3604,7 @@ module CanPort(
   wire        _engine_events_takes;
   wire        _engine_events_ends;
   wire        _engine_events_sent;
+  wire        _engine_events_stops;
   wire        _engine_events_received;
   wire        _engine_events_error_valid;
   wire [4:0]  _engine_events_error_bits_bit;
@@ -3751,6 +3765,7 @@ module CanPort(
     .events_takes             (_engine_events_takes),
     .events_ends              (_engine_events_ends),
     .events_sent              (_engine_events_sent),
+    .events_stops             (_engine_events_stops),
     .events_received          (_engine_events_received),
     .events_error_valid       (_engine_events_error_valid),
     .events_error_bits_bit    (_engine_events_error_bits_bit),
@@ -3849,7 +3864,7 @@ module CanPort(
     .readAddress  (_orderRam_readAddress),
     .readData     (_orderRam_readData)
   );
-  assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
+  assign _states_oneShot = _engine_events_stops ? _front_control_oneShot : states_oneShot_REG;
   assign _states_request_bits = _front_append_bits;
   assign _states_abort = _front_orders_abort;
   SlotStates states (
@@ -8693,7 +8708,7 @@ module MiiPort(
     .events_goodFrame      (core_events_goodFrame),
     .idle                  (core_receiverIdle)
   );
-  EdgeSampleCrossing core_link_crossing (
+  LevelCrossing core_link_crossing (
     .clock (clock),
     .in    (pins_link),
     .out   (_core_link_crossing_out)
@@ -15962,12 +15977,12 @@ module ring_gateway(
     .running   (_watchdog_pdi_running),
     .expired   (_watchdog_pdi_expired)
   );
-  EdgeSampleCrossing sii_lines_sda_crossing (
+  LevelCrossing sii_lines_sda_crossing (
     .clock (clock),
     .in    (sii_sda),
     .out   (_sii_1_lines_sda)
   );
-  EdgeSampleCrossing sii_lines_twoByte_crossing (
+  LevelCrossing sii_lines_twoByte_crossing (
     .clock (clock),
     .in    (sii_two_byte),
     .out   (_sii_lines_twoByte_crossing_out)

@@ -54,7 +54,7 @@ module NodeTime(
   assign timer = count;
 endmodule
 
-module EdgeSampleCrossing(
+module LevelCrossing(
   input  clock,
   input  in,
   output out
@@ -67,6 +67,19 @@ module EdgeSampleCrossing(
     stable <= meta;
   end // always @(posedge)
   assign out = stable;
+endmodule
+
+module EdgeSampleCrossing(
+  input  clock,
+  input  in,
+  output out
+);
+
+  LevelCrossing rising_crossing (
+    .clock (clock),
+    .in    (in),
+    .out   (out)
+  );
 endmodule
 
 module FastDemodulator(
@@ -391,7 +404,7 @@ module OpticalPort(
     .tone  (_modulator_tone),
     .light (tx)
   );
-  EdgeSampleCrossing signal_crossing (
+  LevelCrossing signal_crossing (
     .clock (clock),
     .in    (optical),
     .out   (_signal_crossing_out)
@@ -1733,6 +1746,7 @@ module ProtocolEngine(
   output       events_takes,
   output       events_ends,
   output       events_sent,
+  output       events_stops,
   output       events_received,
   output       events_error_valid,
   output [4:0] events_error_bits_bit,
@@ -1815,6 +1829,7 @@ module ProtocolEngine(
   wire        counts = sampled & mayCount;
   wire        _events_received_T = place_field == 5'hE;
   wire        sent = isGood & sender & _events_received_T & place_bit == 5'h6;
+  wire        inVain = sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost);
   wire        goesOff = _counters_busOffNext & ~_counters_busOff;
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
@@ -1919,9 +1934,7 @@ module ProtocolEngine(
       receiver <=
         ~(~mode_run | _GEN_1)
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
-      attempts <=
-        mode_run
-        & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
+      attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
       sampled <= sample_valid;
@@ -2084,9 +2097,9 @@ module ProtocolEngine(
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends =
-    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
+  assign events_ends = attempts & (~mode_run | inVain | sent);
   assign events_sent = sent;
+  assign events_stops = ~mode_run & ~inVain;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
   assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
@@ -3550,6 +3563,7 @@ module CanPort(
   wire        _engine_events_takes;
   wire        _engine_events_ends;
   wire        _engine_events_sent;
+  wire        _engine_events_stops;
   wire        _engine_events_received;
   wire        _engine_events_error_valid;
   wire [4:0]  _engine_events_error_bits_bit;
@@ -3720,6 +3734,7 @@ module CanPort(
     .events_takes             (_engine_events_takes),
     .events_ends              (_engine_events_ends),
     .events_sent              (_engine_events_sent),
+    .events_stops             (_engine_events_stops),
     .events_received          (_engine_events_received),
     .events_error_valid       (_engine_events_error_valid),
     .events_error_bits_bit    (_engine_events_error_bits_bit),
@@ -3817,7 +3832,7 @@ module CanPort(
     .readAddress  (_orderRam_readAddress),
     .readData     (_orderRam_readData)
   );
-  assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
+  assign _states_oneShot = _engine_events_stops ? _front_control_oneShot : states_oneShot_REG;
   assign _states_request_valid = _front_appended_T_1 | bridged;
   assign _states_abort = _front_orders_abort;
   SlotStates states (
@@ -4361,6 +4376,7 @@ module ProtocolEngine_1(
   output       events_takes,
   output       events_ends,
   output       events_sent,
+  output       events_stops,
   output       events_received,
   output       events_error_valid,
   output [4:0] events_error_bits_bit,
@@ -4444,6 +4460,7 @@ module ProtocolEngine_1(
   wire        counts = sampled & mayCount;
   wire        _events_received_T = place_field == 5'hE;
   wire        sent = isGood & sender & _events_received_T & place_bit == 5'h6;
+  wire        inVain = sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost);
   wire        goesOff = _counters_busOffNext & ~_counters_busOff;
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
@@ -4556,9 +4573,7 @@ module ProtocolEngine_1(
       receiver <=
         ~(~mode_run | _GEN_0)
         & (sampled ? ~_GEN_4 & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
-      attempts <=
-        mode_run
-        & (_GEN_0 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
+      attempts <= mode_run & (_GEN_0 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
       sampled <= sample_valid;
@@ -4723,9 +4738,9 @@ module ProtocolEngine_1(
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends =
-    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
+  assign events_ends = attempts & (~mode_run | inVain | sent);
   assign events_sent = sent;
+  assign events_stops = ~mode_run & ~inVain;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
   assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
@@ -5325,6 +5340,7 @@ module CanPort_1(
   wire        _engine_events_takes;
   wire        _engine_events_ends;
   wire        _engine_events_sent;
+  wire        _engine_events_stops;
   wire        _engine_events_received;
   wire        _engine_events_error_valid;
   wire [4:0]  _engine_events_error_bits_bit;
@@ -5486,6 +5502,7 @@ module CanPort_1(
     .events_takes             (_engine_events_takes),
     .events_ends              (_engine_events_ends),
     .events_sent              (_engine_events_sent),
+    .events_stops             (_engine_events_stops),
     .events_received          (_engine_events_received),
     .events_error_valid       (_engine_events_error_valid),
     .events_error_bits_bit    (_engine_events_error_bits_bit),
@@ -5577,7 +5594,7 @@ module CanPort_1(
     .readAddress  (_order_ram_readAddress),
     .readData     (_order_ram_readData)
   );
-  assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
+  assign _states_oneShot = _engine_events_stops ? _front_control_oneShot : states_oneShot_REG;
   assign _states_request_valid = _front_appended_T_1 | bridged;
   SlotStates_1 states (
     .clock         (clock),
@@ -10389,7 +10406,7 @@ module ring_node_tp(
     .prescaler (_portF_bit_bits_prescaler),
     .quantum   (_ring_quantum)
   );
-  EdgeSampleCrossing cans_1_rx_crossing (
+  LevelCrossing cans_1_rx_crossing (
     .clock (clock),
     .in    (can_rx),
     .out   (_cans_1_rx)

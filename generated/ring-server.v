@@ -577,17 +577,23 @@ module EdgeSampleCrossing(
   output [1:0] out
 );
 
-  wire       _taken_T_2 = ~clock;
-  reg        taken_REG;
-  reg  [1:0] meta;
-  reg  [1:0] stable;
+  wire _rising_crossing_out;
+  wire _taken_T_2 = ~clock;
+  reg  taken;
+  reg  meta;
+  reg  stable;
   always @(posedge _taken_T_2)
-    taken_REG <= in;
+    taken <= in;
   always @(posedge clock) begin
-    meta <= {in, taken_REG};
+    meta <= taken;
     stable <= meta;
   end // always @(posedge)
-  assign out = stable;
+  LevelCrossing rising_crossing (
+    .clock (clock),
+    .in    (in),
+    .out   (_rising_crossing_out)
+  );
+  assign out = {_rising_crossing_out, stable};
 endmodule
 
 module FastDemodulator(
@@ -2258,6 +2264,7 @@ module ProtocolEngine(
   output       events_takes,
   output       events_ends,
   output       events_sent,
+  output       events_stops,
   output       events_received,
   output       events_error_valid,
   output [4:0] events_error_bits_bit,
@@ -2340,6 +2347,7 @@ module ProtocolEngine(
   wire        counts = sampled & mayCount;
   wire        _events_received_T = place_field == 5'hE;
   wire        sent = isGood & sender & _events_received_T & place_bit == 5'h6;
+  wire        inVain = sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost);
   wire        goesOff = _counters_busOffNext & ~_counters_busOff;
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
@@ -2444,9 +2452,7 @@ module ProtocolEngine(
       receiver <=
         ~(~mode_run | _GEN_1)
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
-      attempts <=
-        mode_run
-        & (_GEN_1 | ~(sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost | sent)) & attempts);
+      attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
       sampled <= sample_valid;
@@ -2609,9 +2615,9 @@ module ProtocolEngine(
   assign bits_isRemote = remote;
   assign bits_dlc = dlc;
   assign events_takes = begins | joins;
-  assign events_ends =
-    attempts & (~mode_run | sent | sampled & (_outlook_meaning_verdict_error | _outlook_meaning_verdict_lost));
+  assign events_ends = attempts & (~mode_run | inVain | sent);
   assign events_sent = sent;
+  assign events_stops = ~mode_run & ~inVain;
   assign events_received = isGood & _events_received_T & place_bit == 5'h5 & (~sender | wasLooped);
   assign events_error_valid = sampled & _outlook_meaning_verdict_error;
   assign events_error_bits_bit = place_bit;
@@ -4023,6 +4029,7 @@ module CanPort(
   wire        _engine_events_takes;
   wire        _engine_events_ends;
   wire        _engine_events_sent;
+  wire        _engine_events_stops;
   wire        _engine_events_received;
   wire        _engine_events_error_valid;
   wire [4:0]  _engine_events_error_bits_bit;
@@ -4183,6 +4190,7 @@ module CanPort(
     .events_takes             (_engine_events_takes),
     .events_ends              (_engine_events_ends),
     .events_sent              (_engine_events_sent),
+    .events_stops             (_engine_events_stops),
     .events_received          (_engine_events_received),
     .events_error_valid       (_engine_events_error_valid),
     .events_error_bits_bit    (_engine_events_error_bits_bit),
@@ -4281,7 +4289,7 @@ module CanPort(
     .readAddress  (_orderRam_readAddress),
     .readData     (_orderRam_readData)
   );
-  assign _states_oneShot = engine_mode_run_REG ? states_oneShot_REG : _front_control_oneShot;
+  assign _states_oneShot = _engine_events_stops ? _front_control_oneShot : states_oneShot_REG;
   assign _states_request_bits = _front_append_bits;
   assign _states_abort = _front_orders_abort;
   SlotStates states (

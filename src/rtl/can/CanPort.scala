@@ -196,7 +196,7 @@ class CanPort(
   memory.load.bits  := relayed(states.current ## shift.load.bits)(_.load.bits)
 
   // As it was when the sample was taken that ends an attempt, or as it is written with a stop.
-  states.oneShot       := Mux(engine.mode.run, RegNext(mode.oneShot), control.oneShot)
+  states.oneShot       := Mux(happens.stops, control.oneShot, RegNext(mode.oneShot))
   states.request.valid := front.appended || bridged
   states.request.bits  := append.bits
   states.abort         := front.orders.abort

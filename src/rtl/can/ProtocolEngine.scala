@@ -36,6 +36,9 @@ class EngineEvents extends Bundle {
   val ends  = Bool()
   val sent  = Bool()
 
+  /** If an attempt is over in this cycle, that is the stop's doing, not that of a sample. */
+  val stops = Bool()
+
   /** A frame is valid for this node, to be received. */
   val received = Bool()
 
@@ -191,6 +194,7 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   private val ackCounts     = ackWaits && inPassiveFlag && !heard
   private val counts        = sampled && mayCount // a listener's stand
   private val sent          = isGood && sender && place.is(Eof) && place.bit === 6.U
+  private val inVain        = sampled && (verdict.error || verdict.lost)
   private val flagIsWrong   = verdict.error && verdict.inFlag
   counters.steps.tecUp8   := counts && ((sender && (wrongAsSender || eighth)) || ackCounts)
   counters.steps.tecDown1 := counts && sent
@@ -258,7 +262,7 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
       sender   := false.B
       receiver := false.B
     }
-    when(verdict.error || verdict.lost || sent) { attempts := false.B }
+    when(inVain || sent) { attempts := false.B }
   }
   place := next
   run   := runNext
@@ -333,7 +337,8 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
 
   events.takes    := begins || joins
   events.sent     := sent
-  events.ends     := attempts && (!mode.run || sent || (sampled && (verdict.error || verdict.lost)))
+  events.ends     := attempts && (!mode.run || inVain || sent)
+  events.stops    := !mode.run && !inVain
   events.received := isGood && place.is(Eof) && place.bit === 5.U && (!sender || wasLooped)
   events.stamps   := place.isStart || place.is(Sof)
 

@@ -59,12 +59,14 @@ class EdgeSampleCrossing(perCycle: Int) extends Module {
   /** The first one in bit 0. */
   val out = IO(Output(UInt(perCycle.W)))
 
-  private val taken =
-    if (perCycle == 1) in.asUInt
-    else in ## withClock((!clock.asBool).asClock)(RegNext(in))
-  private val meta   = RegNext(taken)
-  private val stable = RegNext(meta)
-  out := stable
+  private val rising = LevelCrossing(in)
+  if (perCycle == 1) out := rising
+  else {
+    val taken  = withClock((!clock.asBool).asClock)(RegNext(in))
+    val meta   = RegNext(taken)
+    val stable = RegNext(meta)
+    out := rising ## stable
+  }
 }
 
 /** Levels of any clock as they are when they are to be taken: of one that changes then, either. For those who

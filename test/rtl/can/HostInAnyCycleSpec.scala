@@ -1,0 +1,119 @@
+package flyframe.can
+
+import flyframe.Tier
+import flyframe.params.CanParams
+import flyframe.registers.CanRegisters._
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** What the host does in any cycle around what happens on the bus, a port in RTL beside the golden model: an
+  * order and a sample in the same cycle are too rare for random buses.
+  */
+class HostInAnyCycleSpec extends AnyFlatSpec {
+  import CanCases.OneShot
+  private val port             = PortStarts.head
+  private val frame            = CanFrame(0x555, extended = false, remote = false, 1, Seq(0x5a))
+  private val wire             = Wire(frame)
+  private def quiet(bits: Int) = "1" * bits
+
+  /** @param own
+    *   the port sends `frame` from slot 0; else it hears what the others do
+    * @param others
+    *   what the others drive, bit by bit, from the SOF on; R: the port hears recessive whatever it drives
+    * @param at
+    *   the bit with which something happens
+    * @param control
+    *   what the port is set to
+    */
+  private case class Scene(name: String, own: Boolean, others: String, at: Int, control: Int = 0)
+
+  private val end                               = wire.levels.length // of the CRC
+  private val whole                             = quiet(end) + Wire.Acked + Wire.Eof
+  private def dominant(others: String, at: Int) = others.updated(at, '0')
+  private val scenes = for {
+    scene <- Seq(
+      Scene("the frame begins", own = true, whole, 0),
+      Scene("an error in it", own = true, quiet(end).updated(wire.at("id", 1), 'R'), wire.at("id", 1)),
+      Scene("arbitration is lost", own = true, dominant(quiet(end), wire.at("id", 2)), wire.at("id", 2)),
+      Scene("nobody acknowledges", own = true, quiet(end + 10), end + 1),
+      Scene("the frame is sent", own = true, whole, end + 9),
+      Scene("an error in the last bit", own = true, dominant(whole, end + 9), end + 9),
+      Scene("an overload", own = true, whole + "0", end + 10),
+      Scene("another joins in the intermission", own = true, whole + "110", end + 12),
+      Scene("a frame comes", own = false, wire.levels + "111" + Wire.Eof, end + 8),
+      Scene("a frame comes with an error", own = false, wire.levels + "111" + "10", end + 4),
+      Scene(
+        "a frame comes, and the next begins",
+        own = false,
+        wire.levels + "111" + Wire.Eof + "110",
+        end + 12
+      )
+    )
+    mode <- Seq(0, OneShot)
+  } yield scene.copy(name = s"${scene.name}${if (mode == 0) "" else ", one shot"}", control = mode)
+
+  /** An order of the host: an address, and what it writes there with this setting. */
+  private val orders = Seq[(String, Int, Int => Seq[Int])](
+    ("a stop", Control, c => Seq(c)),
+    ("a stop with a change of one shot", Control, c => Seq(c ^ OneShot)),
+    ("a change of one shot", Control, c => Seq(1 | c ^ OneShot)),
+    ("an abort", Aborts, _ => Seq(1, 0)),
+    ("an abort of all", Command, _ => Seq(4)),
+    ("a clear of the counters", Command, _ => Seq(2)),
+    ("a request of another slot", Requests, _ => Seq(2, 0)),
+    ("a request of all others", Requests, _ => Seq(0xfe, 0xff)) // of one that ends, both ways are right
+  )
+  private val settings = Seq(BitSetting(6, 3, 3), BitSetting(5, 2, 1))
+  private val tier =
+    Tier("a host in any cycle around what happens on the bus", "bit timings", test = 1, soak = settings.size)
+
+  /** A whole run with the order so many cycles behind the SOF. */
+  private def run(
+      scene: Scene,
+      s: BitSetting,
+      address: Int,
+      bytes: Seq[Int],
+      cycle: Int,
+      what: String
+  ): Unit =
+    CanSimulation(CanParams()) { rtl =>
+      val twin  = new Twin(rtl.asInstanceOf[RtlPort], what)
+      var since = -1     // cycles since the SOF
+      var opens = 100000 // the cycle in which the others begin
+      val pass = () => {
+        if (since >= 0 || (if (scene.own) !twin.driven else twin.cycle >= opens)) since += 1
+        val heard = if (since < 0) '1' else scene.others.lift(since / s.length).getOrElse('1')
+        twin.step(heard == 'R' || (heard == '1' && twin.driven))
+      }
+      def write(address: Int, bytes: Int*): Unit = twin.writeWord(address, bytes)(pass)
+      write(port + Timing, 0, 0, s.tseg1 - 1, s.tseg2 - 1 | s.sjw - 1 << 4)
+      write(FilterStarts.head, 0, 0, 0, 0x20)
+      write(FilterStarts.head + 4, 0, 0, 0, 0)
+      for (slot <- 0 to 1) {
+        val bytes = frame.copy(id = frame.id - slot).bytes()
+        for (i <- Seq(0, 8)) write(SlotStarts.head + 16 * slot + i, bytes.slice(i, i + 4): _*)
+        write(SlotStarts.head + 16 * slot + 4, bytes(4))
+      }
+      write(port + Control, 1 | scene.control)
+      if (scene.own) write(port + Requests, 1, 0)
+      else opens = (twin.cycle + 15 * s.length).toInt
+      while (since < cycle) pass()
+      write(port + address, bytes: _*)
+      while (since < (scene.others.length + 30) * s.length) pass()
+      for (w <- Seq(Control, ErrorCounters, LastError, Counters, Counters + 4, RxLevel, Requests, Sent))
+        twin.compareWord(port + w)(pass)
+    }
+
+  for ((name, address, bytes) <- orders)
+    s"CAN-40, CB-04, CB-09: $name in any cycle around what happens" should
+      "have the effect that it has in the model" in tier.run(name, tier.size) {
+        for {
+          scene <- scenes
+          s     <- settings.take(tier.size.toInt)
+          first = (scene.at - 1) * s.length max 0
+          cycle <- first until first + 3 * s.length
+        } {
+          val what = s"$name $cycle cycles behind the SOF, $s, ${scene.name}"
+          run(scene, s, address, bytes(scene.control), cycle, what)
+        }
+      }
+}
