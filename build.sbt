@@ -78,9 +78,15 @@ val chisel = Seq(
 )
 
 /** Tests that wait for other programs, or do in Java a thing once: the better of its two compilers costs more
-  * than it saves.
+  * than it saves. Not so in long runs, nor in measurements (Test / runMain).
   */
-val simplyCompiled = Test / javaOptions += "-XX:TieredStopAtLevel=1"
+val simplyCompiled = {
+  val simply = "-XX:TieredStopAtLevel=1"
+  Seq(
+    Test / javaOptions ++= (if (sys.env.get("FLYFRAME_TIER").contains("soak")) Nil else Seq(simply)),
+    Test / run / javaOptions := (Test / javaOptions).value.filterNot(_ == simply)
+  )
+}
 
 lazy val base = (project in file("src/base"))
   .enablePlugins(BuildInfoPlugin)

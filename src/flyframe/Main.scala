@@ -272,5 +272,9 @@ object Main {
     }
   }
 
-  def main(args: Array[String]): Unit = sys.exit(run(args.toSeq))
+  // Without an exit if all is well: sbt may run it several times in one process.
+  def main(args: Array[String]): Unit = {
+    val code = run(args.toSeq)
+    if (code != 0) sys.exit(code)
+  }
 }

@@ -1,8 +1,8 @@
 #include "ring/slcan.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -16,6 +16,7 @@
 namespace {
 constexpr size_t kLongest = 32;      // characters of a command
 constexpr size_t kUnread = 1 << 20;  // that wait for a program
+constexpr unsigned kPatience = 50'000;  // passes without a place at the port, each of 20 us
 constexpr const char* kGood = "\r";
 constexpr const char* kBad = "\a";
 constexpr unsigned kMinuteMs = 60'000;  // time stamps begin anew
@@ -38,7 +39,8 @@ void removeOldLink(const std::string& path) {
   if (!S_ISLNK(there.st_mode)) throw UserError("'" + path + "' is there already and is no link.");
   if (linked(path).rfind("/dev/pts/", 0) != 0)
     throw UserError("'" + path + "' is there already and is no link to a pseudo-terminal.");
-  if (stat(path.c_str(), &there) == 0) throw UserError("another program has the terminal '" + path + "'.");
+  if (stat(path.c_str(), &there) == 0)
+    throw UserError("another program has the terminal '" + path + "'; remove the link if it is an old one.");
   unlink(path.c_str());
 }
 }  // namespace
@@ -51,11 +53,10 @@ SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
       ptsname_r(terminal_, name, sizeof name) != 0)
     throw UserError(std::string("there is no pseudo-terminal: ") + std::strerror(errno) + ".");
   const int programs = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
-  termios raw;
-  if (programs < 0 || tcgetattr(programs, &raw) < 0)
+  if (programs < 0 || tcgetattr(programs, &raw_) < 0)
     throw UserError("the pseudo-terminal '" + std::string(name) + "' cannot be opened.");
-  cfmakeraw(&raw);
-  tcsetattr(programs, TCSANOW, &raw);
+  cfmakeraw(&raw_);
+  tcsetattr(programs, TCSANOW, &raw_);
   close(programs);
   terminalName_ = name;
   if (symlink(name, path.c_str()) < 0)
@@ -84,9 +85,19 @@ void SlcanDoor::flush() {
 }
 
 void SlcanDoor::serve(CanHost* port) {
-  // Only so much at a time: a program that never ends would stop the simulation.
-  for (int left = 8; left > 0 && take(port) && hear(); --left) {}
-  flush();
+  pollfd there{terminal_, 0, 0};
+  poll(&there, 1, 0);
+  if ((there.revents & POLLHUP) == 0) {
+    used_ = true;
+    // Only so much at a time: a program that never ends would stop the simulation.
+    for (int left = 8; left > 0 && take(port) && hear(); --left) {}
+    flush();
+  } else if (used_) {
+    // What it has said is still to be carried out.
+    used_ = false;
+    while (take(port) && hear()) {}
+    leave();
+  }
 }
 
 // More of what a program has written; false: there is nothing more.
@@ -94,35 +105,44 @@ bool SlcanDoor::hear() {
   char buffer[512];
   const ssize_t n = read(terminal_, buffer, sizeof buffer);
   if (n > 0) unread_.assign(buffer, static_cast<size_t>(n));
-  if (n > 0 || errno != EIO) used_ = true;
-  else if (used_) leave();
   return n > 0;
 }
 
 // No program has the terminal any more: the next one finds it as the first has, and nothing of the last one's
 // answers.
 void SlcanDoor::leave() {
-  used_ = open_ = listenOnly_ = stamps_ = tooLong_ = overrun_ = busError_ = false;
+  open_ = listenOnly_ = stamps_ = tooLong_ = overrun_ = busError_ = false;
+  waited_ = 0;
   in_.clear();
   out_.clear();
+  programs_.push_back(0);
   tcflush(terminal_, TCOFLUSH);
   const int programs = open(terminalName_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
   tcflush(programs, TCIFLUSH);
+  tcsetattr(programs, TCSANOW, &raw_);
   close(programs);
 }
 
-// Carries out what has been heard. False: a frame waits for a place at the port, and all behind it with it,
-// as at an adapter that stops the line.
+// A frame waits for a place at the port, and all behind it with it, as at an adapter that stops the line; but
+// not for ever, as orders wait, too, and not for a program that has left.
+bool SlcanDoor::waits(CanHost* port) {
+  if (!port || port->backlog() < kBacklog) waited_ = 0;
+  else if (used_ && waited_ < kPatience && frameOf(in_)) return ++waited_;
+  return false;
+}
+
+// Carries out what has been heard; false: something of it waits.
 bool SlcanDoor::take(CanHost* port) {
   for (size_t i = 0; i < unread_.size(); ++i) {
     const char c = unread_[i];
     if (c == '\r') {
-      if (port && port->backlog() >= kBacklog && frameOf(in_)) {
+      if (waits(port)) {
         unread_.erase(0, i);
         return false;
       }
+      const uint64_t dropped = dropped_;
       const std::string reply = tooLong_ ? kBad : answer(in_, port);
-      if (reply == kBad) ++malformed_;
+      if (reply == kBad && dropped_ == dropped) ++malformed_;
       say(reply);
       in_.clear();
       tooLong_ = false;
@@ -158,7 +178,11 @@ std::optional<CanFrame> SlcanDoor::frameOf(const std::string& command) const {
 std::string SlcanDoor::send(const std::string& command, CanHost* port) {
   const auto frame = frameOf(command);
   if (!frame) return kBad;
-  if (port) port->send(*frame, this);
+  if (port && port->backlog() >= kBacklog) {
+    ++dropped_;
+    return kBad;
+  }
+  if (port) port->send(*frame, program());
   else ++dropped_;
   return frame->extended ? "Z\r" : "z\r";
 }
@@ -216,7 +240,7 @@ std::string SlcanDoor::answer(const std::string& command, CanHost* port) {
 
 void SlcanDoor::happened(const CanEvent& e) {
   if (e.kind == CanEvent::fault && e.error.type != NODE_CAN_ERROR_NONE) busError_ = true;
-  const bool isFrame = e.kind == CanEvent::received || (e.kind == CanEvent::sent && e.by != this);
+  const bool isFrame = e.kind == CanEvent::received || (e.kind == CanEvent::sent && e.by != program());
   if (!open_ || !isFrame) return;
   const CanFrame& f = e.frame;
   char text[16];

@@ -167,6 +167,35 @@ class DoorsSpec extends AnyFlatSpec {
         out.write("V\rF\rO\rF\r".getBytes)
         assert(heard(in, "F00\r") == "V1010\r\u0007\rF00\r")
       }
+      // Frames that it has left at the port are others' for the next one.
+      Using.resource(new FileOutputStream(tty.toFile))(
+        _.write(("O\r" + (0 until 200).map(n => f"t1231$n%02X\r").mkString).getBytes)
+      )
+      ring.run(1000)
+      Using.resources(new FileOutputStream(tty.toFile), new FileInputStream(tty.toFile)) { (out, in) =>
+        out.write("O\r".getBytes)
+        heard(in, "t1231C7\r")
+      }
+    }
+  }
+
+  // Time passes slowly here.
+  if (Tier.isSoak) "TL-01: frames of slcan for a port that is stuck" should "be refused after a second" in {
+    val tty = link()
+    using(relay(2), "--slcan", s"1=$tty") { ring =>
+      ring.run(StartUs)
+      ring.ask("host 1 slow 10000")
+      Using.resources(new FileOutputStream(tty.toFile), new FileInputStream(tty.toFile)) { (out, in) =>
+        val writer = Future(blocking(out.write(("O\r" + "t1230\r" * 1100 + "C\r").getBytes)))
+        heard(in, "\u0007")
+        // All others at once, and the channel is closed: F is refused.
+        val refused = 1 + heard(in, "\r").stripSuffix("\r").ensuring(_.forall(_ == '\u0007')).length
+        out.write("F\r".getBytes)
+        assert(in.read() == '\u0007')
+        val door = ring.status()("doors")(0)
+        assert(door("dropped").num == refused && door("malformed").num == 1, door)
+        Await.ready(writer, 60.seconds)
+      }
     }
   }
 

@@ -15,8 +15,8 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   private val wire             = Wire(frame)
   private def quiet(bits: Int) = "1" * bits
 
-  /** @param own
-    *   the port sends `frame` from slot 0; else it hears what the others do
+  /** @param slots
+    *   that are requested, of which slot 0 with `frame` is first; none: the port hears what the others do
     * @param others
     *   what the others drive, bit by bit, from the SOF on; R: the port hears recessive whatever it drives
     * @param at
@@ -24,26 +24,26 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     * @param control
     *   what the port is set to
     */
-  private case class Scene(name: String, own: Boolean, others: String, at: Int, control: Int = 0)
+  private case class Scene(name: String, slots: Int, others: String, at: Int, control: Int = 0)
 
   private val end                               = wire.levels.length // of the CRC
   private val whole                             = quiet(end) + Wire.Acked + Wire.Eof
   private def dominant(others: String, at: Int) = others.updated(at, '0')
   private val scenes = for {
     scene <- Seq(
-      Scene("the frame begins", own = true, whole, 0),
-      Scene("an error in it", own = true, quiet(end).updated(wire.at("id", 1), 'R'), wire.at("id", 1)),
-      Scene("arbitration is lost", own = true, dominant(quiet(end), wire.at("id", 2)), wire.at("id", 2)),
-      Scene("nobody acknowledges", own = true, quiet(end + 10), end + 1),
-      Scene("the frame is sent", own = true, whole, end + 9),
-      Scene("an error in the last bit", own = true, dominant(whole, end + 9), end + 9),
-      Scene("an overload", own = true, whole + "0", end + 10),
-      Scene("another joins in the intermission", own = true, whole + "110", end + 12),
-      Scene("a frame comes", own = false, wire.levels + "111" + Wire.Eof, end + 8),
-      Scene("a frame comes with an error", own = false, wire.levels + "111" + "10", end + 4),
+      Scene("the frame begins", slots = 1, whole, 0),
+      Scene("an error in it", slots = 1, quiet(end).updated(wire.at("id", 1), 'R'), wire.at("id", 1)),
+      Scene("arbitration is lost", slots = 1, dominant(quiet(end), wire.at("id", 2)), wire.at("id", 2)),
+      Scene("nobody acknowledges", slots = 1, quiet(end + 10), end + 1),
+      Scene("the frame is sent", slots = 1, whole, end + 9),
+      Scene("an error in the last bit", slots = 1, dominant(whole, end + 9), end + 9),
+      Scene("an overload", slots = 1, whole + "0", end + 10),
+      Scene("it joins another in the intermission", slots = 5, whole + "110", end + 12),
+      Scene("a frame comes", slots = 0, wire.levels + "111" + Wire.Eof, end + 8),
+      Scene("a frame comes with an error", slots = 0, wire.levels + "111" + "10", end + 4),
       Scene(
         "a frame comes, and the next begins",
-        own = false,
+        slots = 0,
         wire.levels + "111" + Wire.Eof + "110",
         end + 12
       )
@@ -66,42 +66,52 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   private val tier =
     Tier("a host in any cycle around what happens on the bus", "bit timings", test = 1, soak = settings.size)
 
-  /** A whole run with the order so many cycles behind the SOF. */
-  private def run(
-      scene: Scene,
-      s: BitSetting,
-      address: Int,
-      bytes: Seq[Int],
-      cycle: Int,
-      what: String
-  ): Unit =
+  /** A whole run, with an order of the host that takes effect in some cycle.
+    *
+    * @param order
+    *   an address, what is written there, and the cycle in which that begins
+    * @return
+    *   the first cycle of the SOF
+    */
+  private def run(scene: Scene, s: BitSetting, what: String, order: Option[(Int, Seq[Int], Long)]): Long = {
+    var sof = -1L
     CanSimulation(CanParams()) { rtl =>
       val twin  = new Twin(rtl.asInstanceOf[RtlPort], what)
-      var since = -1     // cycles since the SOF
-      var opens = 100000 // the cycle in which the others begin
+      var opens = Long.MaxValue // the cycle in which the others begin
       val pass = () => {
-        if (since >= 0 || (if (scene.own) !twin.driven else twin.cycle >= opens)) since += 1
-        val heard = if (since < 0) '1' else scene.others.lift(since / s.length).getOrElse('1')
+        if (sof < 0 && (!twin.driven || twin.cycle == opens)) sof = twin.cycle
+        val bit   = if (sof < 0) -1 else ((twin.cycle - sof) / s.length).toInt
+        val heard = scene.others.lift(bit).getOrElse('1')
         twin.step(heard == 'R' || (heard == '1' && twin.driven))
       }
       def write(address: Int, bytes: Int*): Unit = twin.writeWord(address, bytes)(pass)
       write(port + Timing, 0, 0, s.tseg1 - 1, s.tseg2 - 1 | s.sjw - 1 << 4)
       write(FilterStarts.head, 0, 0, 0, 0x20)
       write(FilterStarts.head + 4, 0, 0, 0, 0)
-      for (slot <- 0 to 1) {
-        val bytes = frame.copy(id = frame.id - slot).bytes()
+      // Slot 1 goes before the frame, slot 2 behind it.
+      for ((id, slot) <- Seq(0, -1, 1).map(frame.id + _).zipWithIndex) {
+        val bytes = frame.copy(id = id).bytes()
         for (i <- Seq(0, 8)) write(SlotStarts.head + 16 * slot + i, bytes.slice(i, i + 4): _*)
         write(SlotStarts.head + 16 * slot + 4, bytes(4))
       }
       write(port + Control, 1 | scene.control)
-      if (scene.own) write(port + Requests, 1, 0)
-      else opens = (twin.cycle + 15 * s.length).toInt
-      while (since < cycle) pass()
-      write(port + address, bytes: _*)
-      while (since < (scene.others.length + 30) * s.length) pass()
+      if (scene.slots != 0) write(port + Requests, scene.slots, 0) else opens = twin.cycle + 15 * s.length
+      for ((address, bytes, cycle) <- order) {
+        assert(twin.cycle <= cycle, what)
+        while (twin.cycle < cycle) pass()
+        write(port + address, bytes: _*)
+      }
+      val end = twin.cycle + 15 * s.length // by then a frame has begun, if there is one
+      while (twin.cycle < end || (sof >= 0 && twin.cycle < sof + (scene.others.length + 30) * s.length))
+        pass()
       for (w <- Seq(Control, ErrorCounters, LastError, Counters, Counters + 4, RxLevel, Requests, Sent))
         twin.compareWord(port + w)(pass)
     }
+    sof
+  }
+
+  /** Cycles until a write of a register is acknowledged: all slots are looked at one after the other. */
+  private def latency(address: Int) = if (address == Requests) 20 else 4
 
   for ((name, address, bytes) <- orders)
     s"CAN-40, CB-04, CB-09: $name in any cycle around what happens" should
@@ -109,11 +119,12 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
         for {
           scene <- scenes
           s     <- settings.take(tier.size.toInt)
-          first = (scene.at - 1) * s.length max 0
+          sof   = run(scene, s, s"${scene.name}, $s", None)
+          first = sof + (scene.at - 1) * s.length - latency(address)
           cycle <- first until first + 3 * s.length
         } {
-          val what = s"$name $cycle cycles behind the SOF, $s, ${scene.name}"
-          run(scene, s, address, bytes(scene.control), cycle, what)
+          val what = s"$name, written ${cycle - sof} cycles behind the SOF, $s, ${scene.name}"
+          run(scene, s, what, Some((address, bytes(scene.control), cycle)))
         }
       }
 }
