@@ -16,7 +16,7 @@
 namespace {
 constexpr size_t kLongest = 32;      // characters of a command
 constexpr size_t kUnread = 1 << 20;  // that wait for a program
-constexpr unsigned kPatience = 50'000;  // passes without a place at the port, each of 20 us
+constexpr unsigned kPatience = 50'000;  // looks of main.cpp without a place at the port: a second
 constexpr const char* kGood = "\r";
 constexpr const char* kBad = "\a";
 constexpr unsigned kMinuteMs = 60'000;  // time stamps begin anew

@@ -128,7 +128,11 @@ class DoorsSpec extends AnyFlatSpec {
   /** Reads a terminal until what it has said ends so. */
   private def heard(terminal: InputStream, end: String): String = {
     val text = new StringBuilder
-    while (!text.endsWith(end)) text += terminal.read().toChar
+    while (!text.endsWith(end)) {
+      val c = terminal.read()
+      assert(c >= 0, text)
+      text += c.toChar
+    }
     text.toString
   }
 

@@ -21,31 +21,52 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     *   what the others drive, bit by bit, from the SOF on; R: the port hears recessive whatever it drives
     * @param at
     *   the bit with which something happens
+    * @param shows
+    *   a register that is not 0 behind it, if it has happened
     * @param control
     *   what the port is set to
     */
-  private case class Scene(name: String, slots: Int, others: String, at: Int, control: Int = 0)
+  private case class Scene(name: String, slots: Int, others: String, at: Int, shows: Int, control: Int = 0)
+
+  private def counter(name: String) = Counters + CounterNames.indexOf(name)
+  private val BitErrors             = counter("bit_errors")
+  private val FormErrors            = counter("form_errors")
+  private val AckErrors             = counter("ack_errors")
+  private val LostArbitrations      = counter("lost_arbitrations")
 
   private val end                               = wire.levels.length // of the CRC
   private val whole                             = quiet(end) + Wire.Acked + Wire.Eof
   private def dominant(others: String, at: Int) = others.updated(at, '0')
   private val scenes = for {
     scene <- Seq(
-      Scene("the frame begins", slots = 1, whole, 0),
-      Scene("an error in it", slots = 1, quiet(end).updated(wire.at("id", 1), 'R'), wire.at("id", 1)),
-      Scene("arbitration is lost", slots = 1, dominant(quiet(end), wire.at("id", 2)), wire.at("id", 2)),
-      Scene("nobody acknowledges", slots = 1, quiet(end + 10), end + 1),
-      Scene("the frame is sent", slots = 1, whole, end + 9),
-      Scene("an error in the last bit", slots = 1, dominant(whole, end + 9), end + 9),
-      Scene("an overload", slots = 1, whole + "0", end + 10),
-      Scene("it joins another in the intermission", slots = 5, whole + "110", end + 12),
-      Scene("a frame comes", slots = 0, wire.levels + "111" + Wire.Eof, end + 8),
-      Scene("a frame comes with an error", slots = 0, wire.levels + "111" + "10", end + 4),
+      Scene("the frame begins", slots = 1, whole, 0, Sent),
+      Scene(
+        "an error in it",
+        slots = 1,
+        quiet(end).updated(wire.at("id", 1), 'R'),
+        wire.at("id", 1),
+        BitErrors
+      ),
+      Scene(
+        "arbitration is lost",
+        slots = 1,
+        dominant(quiet(end), wire.at("id", 2)),
+        wire.at("id", 2),
+        LostArbitrations
+      ),
+      Scene("nobody acknowledges", slots = 1, quiet(end + 10), end + 1, AckErrors),
+      Scene("the frame is sent", slots = 1, whole, end + 9, Sent),
+      Scene("an error in the last bit", slots = 1, dominant(whole, end + 9), end + 9, FormErrors),
+      Scene("an overload", slots = 1, whole + "0", end + 10, Sent),
+      Scene("it joins another in the intermission", slots = 5, whole + "110", end + 12, Sent),
+      Scene("a frame comes", slots = 0, wire.levels + "111" + Wire.Eof, end + 8, RxLevel),
+      Scene("a frame comes with an error", slots = 0, wire.levels + "111" + "10", end + 4, FormErrors),
       Scene(
         "a frame comes, and the next begins",
         slots = 0,
         wire.levels + "111" + Wire.Eof + "110",
-        end + 12
+        end + 12,
+        RxLevel
       )
     )
     mode <- Seq(0, OneShot)
@@ -106,6 +127,7 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
         pass()
       for (w <- Seq(Control, ErrorCounters, LastError, Counters, Counters + 4, RxLevel, Requests, Sent))
         twin.compareWord(port + w)(pass)
+      if (order.isEmpty) assert(twin.read(port + scene.shows, 1).head != 0, s"it has not happened: $what")
     }
     sof
   }
