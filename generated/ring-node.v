@@ -362,6 +362,13 @@ module OpticalPort(
   wire       _crossing_out;
   wire       signal = _detector_signal & _signal_crossing_out;
   wire       search = _detector_search & signal;
+  reg        searches;
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      searches <= 1'h1;
+    else
+      searches <= ~signal | _state_tells;
+  end // always @(posedge, posedge)
   EdgeSampleCrossing crossing (
     .clock (clock),
     .in    (rx),
@@ -397,7 +404,7 @@ module OpticalPort(
     .tells   (_state_tells),
     .loses   (report_loses)
   );
-  assign _modulator_tone = off ? 2'h3 : ~signal | _state_tells ? 2'h2 : {1'h0, ~(_state_up & ~send)};
+  assign _modulator_tone = off ? 2'h3 : searches ? 2'h2 : {1'h0, ~(_state_up & ~send)};
   Modulator modulator (
     .clock (clock),
     .reset (reset),
@@ -533,16 +540,18 @@ module StuckGuard(
   input  level,
   input  dominant,
   input  recessive,
-  output stuck
+  output stuck,
+  output next
 );
 
   reg  [2:0] count;
   reg        before_0;
   reg        isStuck;
   wire       ticks = level ? recessive : dominant;
-  wire       _GEN = level == before_0;
+  wire       isEqual = level == before_0;
+  wire       _next_T_1 = isEqual & ticks & count == (level ? 3'h3 : 3'h5);
   always @(posedge clock) begin
-    if (_GEN) begin
+    if (isEqual) begin
       if (ticks)
         count <= {count[2] ^ (&(count[1:0])), count[1] ^ count[0], ~(count[0])};
     end
@@ -556,11 +565,12 @@ module StuckGuard(
     end
     else begin
       before_0 <= level;
-      if (_GEN & ticks & count == (level ? 3'h3 : 3'h5))
+      if (_next_T_1)
         isStuck <= ~level;
     end
   end // always @(posedge, posedge)
   assign stuck = isStuck;
+  assign next = _next_T_1 ? ~level : isStuck;
 endmodule
 
 module StuckGuard_2(
@@ -576,9 +586,9 @@ module StuckGuard_2(
   reg        before_0;
   reg        isStuck;
   wire       ticks = level ? recessive : dominant;
-  wire       _GEN = level == before_0;
+  wire       isEqual = level == before_0;
   always @(posedge clock) begin
-    if (_GEN) begin
+    if (isEqual) begin
       if (ticks)
         count <= {count[2] ^ (&(count[1:0])), count[1] ^ count[0], ~(count[0])};
     end
@@ -592,7 +602,7 @@ module StuckGuard_2(
     end
     else begin
       before_0 <= level;
-      if (_GEN & ticks & count == (level ? 3'h3 : 3'h4))
+      if (isEqual & ticks & count == (level ? 3'h3 : 3'h4))
         isStuck <= ~level;
     end
   end // always @(posedge, posedge)
@@ -631,45 +641,49 @@ module BusMode(
 );
 
   wire _stuckOwn_stuck;
-  wire _stuckPorts_1_stuck;
-  wire _stuckPorts_0_stuck;
+  wire _stuckPorts_1_next;
+  wire _stuckPorts_0_next;
   wire _ringGuard_rests;
   wire _ringGuard_next;
   reg  isUp_0;
   reg  isUp_1;
-  reg  r_0;
-  reg  r_1;
   reg  light_0;
   reg  light_1;
-  reg  autoTwo;
-  wire isTwo = (|forced) ? forced == 2'h2 : autoTwo;
-  wire isThree = (|forced) ? (&forced) : ~isUp_0 & isUp_1;
+  reg  isTwo;
+  reg  isThree;
+  reg  heard2;
+  reg  passes1;
+  wire passes2 = isTwo | heard2;
   wire own = drive | _stuckOwn_stuck;
-  wire heard_1 = r_1 | _stuckPorts_1_stuck;
-  wire _send_1_T = isThree | r_0 | _stuckPorts_0_stuck;
-  wire _send_0_T = isTwo | heard_1;
-  wire _bus_output = own & _send_1_T & _send_0_T;
+  wire _send_1_T = own & passes1;
+  wire _bus_output = _send_1_T & passes2;
+  reg  ringGuard_rests_REG;
+  wire becomesThree = (|forced) ? (&forced) : ~up_0 & up_1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       isUp_0 <= 1'h0;
       isUp_1 <= 1'h0;
-      r_0 <= 1'h1;
-      r_1 <= 1'h1;
       light_0 <= 1'h1;
       light_1 <= 1'h1;
-      autoTwo <= 1'h0;
+      isTwo <= 1'h0;
+      isThree <= 1'h0;
+      heard2 <= 1'h1;
+      passes1 <= 1'h1;
+      ringGuard_rests_REG <= 1'h0;
     end
     else begin
       isUp_0 <= up_0;
       isUp_1 <= up_1;
-      r_0 <= level_0 | ~up_0;
-      r_1 <= level_1 | ~up_1;
       light_0 <= level_0;
       light_1 <= level_1;
-      autoTwo <= up_0 == up_1 ? _ringGuard_next : up_0;
+      isTwo <= (|forced) ? forced == 2'h2 : up_0 == up_1 ? _ringGuard_next : up_0;
+      isThree <= becomesThree;
+      heard2 <= level_1 | ~up_1 | _stuckPorts_1_next;
+      passes1 <= becomesThree | level_0 | ~up_0 | _stuckPorts_0_next;
+      ringGuard_rests_REG <= |forced;
     end
   end // always @(posedge, posedge)
-  assign _ringGuard_rests = (|forced) | rests;
+  assign _ringGuard_rests = ringGuard_rests_REG | rests;
   Guard ringGuard (
     .clock        (clock),
     .reset        (reset),
@@ -681,7 +695,7 @@ module BusMode(
     .up_0         (isUp_0),
     .up_1         (isUp_1),
     .bus          (_bus_output),
-    .heard2       (heard_1),
+    .heard2       (heard2),
     .ticks_eighth (ticks_eighth),
     .ticks_bit    (ticks_bit),
     .ms           (ms),
@@ -696,7 +710,8 @@ module BusMode(
     .level     (light_0),
     .dominant  (ticks_sixtyFour),
     .recessive (ticks_four),
-    .stuck     (_stuckPorts_0_stuck)
+    .stuck     (report_stuck_0),
+    .next      (_stuckPorts_0_next)
   );
   StuckGuard stuckPorts_1 (
     .clock     (clock),
@@ -704,7 +719,8 @@ module BusMode(
     .level     (light_1),
     .dominant  (ticks_sixtyFour),
     .recessive (ticks_four),
-    .stuck     (_stuckPorts_1_stuck)
+    .stuck     (report_stuck_1),
+    .next      (_stuckPorts_1_next)
   );
   StuckGuard_2 stuckOwn (
     .clock     (clock),
@@ -715,13 +731,11 @@ module BusMode(
     .stuck     (_stuckOwn_stuck)
   );
   assign bus = _bus_output;
-  assign send_0 = isThree | own & _send_0_T;
-  assign send_1 = isTwo | own & _send_1_T;
+  assign send_0 = isThree | own & passes2;
+  assign send_1 = isTwo | _send_1_T;
   assign report_mode = {isThree | isTwo, isThree | ~isTwo & ~isThree};
   assign report_alone = ~isUp_0 & ~isUp_1;
   assign report_cutOff = _stuckOwn_stuck;
-  assign report_stuck_0 = _stuckPorts_0_stuck;
-  assign report_stuck_1 = _stuckPorts_1_stuck;
 endmodule
 
 module BitClock(
@@ -930,6 +944,7 @@ module RingPorts(
   wire       _ring_level_0;
   wire       _ring_level_1;
   wire       _ring_home;
+  wire [1:0] _ring_forced;
   wire [6:0] _ring_address;
   wire       _ring_rests;
   wire       _ring_ticks_eighth;
@@ -967,19 +982,16 @@ module RingPorts(
   wire       portClock_eight = us & (&(timer[2:0]));
   wire       portClock_ms = us & (&(timer[9:0]));
   wire       portClock_quarter = us & (&timer);
-  reg  [1:0] ring_forced_REG;
   reg        ring_rests_REG;
   assign _front_ring_stuck_0_T_1 = _ring_report_stuck_0 | relay_on & relay_stuck_0;
   assign _front_ring_stuck_1_T_1 = _ring_report_stuck_1 | relay_on & relay_stuck_1;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       samples <= 4'h0;
-      ring_forced_REG <= 2'h0;
       ring_rests_REG <= 1'h0;
     end
     else begin
       samples <= samples + 4'h1;
-      ring_forced_REG <= relay_on ? 2'h0 : _front_control_forced;
       ring_rests_REG <= possible;
     end
   end // always @(posedge, posedge)
@@ -1037,6 +1049,7 @@ module RingPorts(
   );
   assign _ring_level_0 = _ports_0_report_level | relay_on;
   assign _ring_level_1 = _ports_1_report_level | relay_on;
+  assign _ring_forced = relay_on ? 2'h0 : _front_control_forced;
   assign _ring_address = _front_control_address;
   assign _ring_rests = relay_on | ~ring_rests_REG;
   BusMode ring (
@@ -1051,7 +1064,7 @@ module RingPorts(
     .send_0          (_ring_send_0),
     .send_1          (_ring_send_1),
     .home            (_ring_home),
-    .forced          (ring_forced_REG),
+    .forced          (_ring_forced),
     .address         (_ring_address),
     .rests           (_ring_rests),
     .ticks_eighth    (_ring_ticks_eighth),
@@ -1148,24 +1161,27 @@ module BitTiming(
   reg         lastSample;
   reg         before_0;
   reg         twoBefore;
-  wire        edge_0 = tick & before_0 & ~heard & lastSample & ~synchronised;
-  wire        applies = edge_0 & (hard | behind | quantum == 7'h0 | ~dominant);
+  wire        mayEdge = tick & before_0 & lastSample & ~synchronised;
+  wire        applies = mayEdge & (hard | behind | quantum == 7'h0 | ~dominant) & ~heard;
   wire        isNear = hard | near;
+  wire [4:0]  _ahead_T = distance - jump;
+  wire        isDue = tick & ~behind & quantum == samplePoint;
+  wire        endsSoon = behind & (isNear | isBeside);
+  wire        endsSame = behind & isOne;
   wire        _sample_bits_output = threeSamples ? heard & before_0 | heard & twoBefore | before_0 & twoBefore : heard;
-  wire [4:0]  _isOne_T = applies ? distance - jump : distance;
-  wire        _sample_valid_output = run & tick & ~applies & ~behind & quantum == samplePoint;
-  wire        _ends_output = run & tick & behind & (applies ? isNear | isBeside : isOne);
+  wire        _sample_valid_output = run & isDue & ~applies;
+  wire        _ends_output = run & (applies ? endsSoon : tick & endsSame);
   wire [5:0]  _GEN = {1'h0, distance};
   wire [5:0]  _GEN_0 = {1'h0, jump};
-  wire [5:0]  _isBeside_T_2 = _GEN_0 + 6'h1;
+  wire [5:0]  _isBeside_T = _GEN_0 + 6'h1;
   always @(posedge clock) begin
     samplePoint <= {1'h0, setting_tseg1} + 7'h1;
     jump <= {1'h0, setting_sjw} + 5'h1;
     whole <= {1'h0, setting_tseg2} + 5'h1;
     if (tick) begin
-      near <= _sample_valid_output ? whole <= jump : _GEN <= _isBeside_T_2;
-      isBeside <= _sample_valid_output ? {1'h0, whole} == _isBeside_T_2 : _GEN == _GEN_0 + 6'h2;
-      isOne <= _sample_valid_output ? whole == 5'h1 : _isOne_T == 5'h2;
+      near <= _sample_valid_output ? whole <= jump : _GEN <= _isBeside_T;
+      isBeside <= _sample_valid_output ? {1'h0, whole} == _isBeside_T : _GEN == _GEN_0 + 6'h2;
+      isOne <= applies ? _ahead_T == 5'h2 : isDue ? whole == 5'h1 : distance == 5'h2;
     end
   end // always @(posedge)
   wire [6:0]  _GEN_1 = {2'h0, jump};
@@ -1191,19 +1207,27 @@ module BitTiming(
       tick <= (_nextCycle_T_1 ? 11'h0 : _nextCycle_T_2) == setting_prescaler;
       if (run) begin
         if (tick) begin
-          if (_ends_output)
-            quantum <= {6'h0, applies & behind & isNear};
+          if (applies) begin
+            if (endsSoon)
+              quantum <= {6'h0, isNear};
+            else
+              quantum <= (hard | quantum <= _GEN_1 ? 7'h0 : quantum - _GEN_1) + 7'h1;
+          end
+          else if (endsSame)
+            quantum <= 7'h0;
           else
-            quantum <= (applies ? (hard | quantum <= _GEN_1 ? 7'h0 : quantum - _GEN_1) : quantum) + 7'h1;
+            quantum <= quantum + 7'h1;
         end
       end
       else
         quantum <= 7'h0;
       if (tick) begin
-        if (_sample_valid_output)
+        if (applies)
+          distance <= _ahead_T - 5'h1;
+        else if (isDue)
           distance <= whole;
         else
-          distance <= _isOne_T - 5'h1;
+          distance <= distance - 5'h1;
       end
       behind <= run & (tick ? ~_ends_output & (_sample_valid_output | behind) : behind);
       synchronised <= run & (tick ? ~_sample_valid_output & (applies | synchronised) : synchronised);
@@ -1215,7 +1239,7 @@ module BitTiming(
   assign sample_valid = _sample_valid_output;
   assign sample_bits = _sample_bits_output;
   assign ends = _ends_output;
-  assign restarts = run & edge_0 & hard;
+  assign restarts = run & mayEdge & hard & ~heard;
 endmodule
 
 module Confinement(
@@ -2284,7 +2308,7 @@ module SlotOrder(
   input         clock,
   input         reset,
   input  [15:0] pending,
-  input  [15:0] leaving,
+  input  [15:0] mayBegin,
   input         changedNow,
   input         changedLate,
   input         append_valid,
@@ -2319,12 +2343,11 @@ module SlotOrder(
   wire        isAtEnd = at == count;
   wire [15:0] _wants_T = pending >> first_bits;
   wire        wants = first_valid & _wants_T[0];
-  wire        keeps = wants & ready;
   wire        reads = walks & ~isAtEnd & ~(first_valid & second_valid) & ~(isThere & (first_valid | second_valid));
   reg         comes;
   reg         compares;
   reg  [31:0] thisKey;
-  reg  [3:0]  thisSlot_REG;
+  reg  [3:0]  keptSlot;
   reg  [3:0]  thisSlot;
   reg         found;
   reg  [31:0] bestKey;
@@ -2342,10 +2365,10 @@ module SlotOrder(
   reg         before_firstBit;
   reg  [1:0]  recent;
   wire [15:0] _GEN_1 = {12'h0, offered_slot};
-  wire [15:0] _offer_valid_T = pending >> _GEN_1;
-  wire [15:0] _offer_valid_T_3 = leaving >> _GEN_1;
-  wire        _offer_valid_output = offered_valid & _offer_valid_T[0] & ~(_offer_valid_T_3[0]);
+  wire [15:0] _offer_valid_T = mayBegin >> _GEN_1;
+  wire        _offer_valid_output = offered_valid & _offer_valid_T[0];
   wire [15:0] _offered_valid_T = pending >> before_slot;
+  wire [15:0] _GEN_2 = pending >> _GEN_1;
   wire        stays = wants & ~ready;
   wire        isDone = walks & isAtEnd & ~isThere & ~first_valid & ~second_valid & ~comes & ~compares;
   always @(posedge clock or posedge reset) begin
@@ -2385,7 +2408,7 @@ module SlotOrder(
       second_valid <= ~_GEN_0 & (isThere & (stays | second_valid) | stays & second_valid);
       if (isThere)
         second_bits <= ram_readData;
-      comes <= keeps & ~changed;
+      comes <= wants & ready & ~changed;
       compares <= comes & ~changed;
       found <= ~_GEN_0 & (_GEN | found);
       if (changedNow)
@@ -2409,7 +2432,7 @@ module SlotOrder(
         offered_firstBit <= bestKey[31];
       end
       else
-        offered_valid <= _offer_valid_T[0] & offered_valid;
+        offered_valid <= _GEN_2[0] & offered_valid;
       recent <= {recent[0], due};
     end
   end // always @(posedge, posedge)
@@ -2421,12 +2444,12 @@ module SlotOrder(
     else begin
       if (reads)
         at <= at + 5'h1;
-      if (keeps)
+      if (comes)
         to <= to + 5'h1;
     end
     thisKey <= key;
-    thisSlot_REG <= first_bits;
-    thisSlot <= thisSlot_REG;
+    keptSlot <= first_bits;
+    thisSlot <= keptSlot;
     if (_GEN) begin
       bestKey <= thisKey;
       bestSlot <= thisSlot;
@@ -2443,9 +2466,9 @@ module SlotOrder(
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
-  assign ram_write = walks ? keeps : append_valid;
+  assign ram_write = walks ? comes : append_valid;
   assign ram_writeAddress = {1'h0, walks ? {~bank, to[3:0]} : {bank, count[3:0]}};
-  assign ram_writeData = walks ? first_bits : append_bits;
+  assign ram_writeData = walks ? keptSlot : append_bits;
   assign ram_readAddress = {1'h0, bank, at[3:0]};
 endmodule
 
@@ -2471,12 +2494,13 @@ module SlotStates(
   input         ends,
   input         sent,
   output [15:0] pending,
-  output [15:0] leaving,
+  output [15:0] mayBegin,
   output [15:0] sentAll,
   output [15:0] failedAll,
   output [3:0]  current,
   output        aborted,
-  output        ended
+  output        ended,
+  output        mayAbort
 );
 
   reg  [15:0] waits;
@@ -2485,9 +2509,10 @@ module SlotStates(
   reg         onWire;
   reg         aborts;
   reg  [3:0]  last;
-  wire [15:0] _abortsIt_T_2 = abort >> takes_bits;
-  wire [15:0] _abortsIt_T_4 = abort >> last;
-  wire        abortsIt = aborts & ~takes_valid | (takes_valid ? _abortsIt_T_2[0] : _abortsIt_T_4[0]);
+  reg         isNew;
+  reg  [15:0] ofBegin_REG;
+  wire [15:0] _abortsIt_T_3 = (abort | (isNew ? ofBegin_REG : 16'h0)) >> last;
+  wire        abortsIt = aborts & ~isNew | _abortsIt_T_3[0];
   reg  [15:0] leaves;
   reg         isOver_REG;
   reg         isOver_REG_1;
@@ -2496,13 +2521,13 @@ module SlotStates(
   wire [15:0] one = 16'h1 << (relay_ends_valid ? relay_ends_bits : last);
   wire        _doneOne_T = isOver | relay_ends_valid;
   wire [15:0] doneOne = _doneOne_T ? one : 16'h0;
-  wire [15:0] gone =
-    (relay_holds ? 16'h0 : leaves & waits & ~(onWire | isOver | relay_ends_valid ? one : 16'h0) & ~relay_begun)
-    | (relay_drops ? waits & ~doneOne : 16'h0);
+  wire [15:0] mayGo = leaves & waits & ~(onWire | isOver | relay_ends_valid ? one : 16'h0);
+  wire [15:0] gone = (relay_holds ? 16'h0 : mayGo & ~relay_begun) | (relay_drops ? waits & ~doneOne : 16'h0);
+  reg  [15:0] mayBegin_REG;
   reg         ended_REG;
-  wire        isOnIt = onWire | takes_valid;
   wire        isWell = relay_ends_valid ? relay_sent : isSent;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
+  wire [15:0] stays = waits & ~gone & ~doneOne;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       waits <= 16'h0;
@@ -2510,34 +2535,40 @@ module SlotStates(
       badly <= 16'h0;
       onWire <= 1'h0;
       aborts <= 1'h0;
+      isNew <= 1'h0;
       leaves <= 16'h0;
       isOver_REG <= 1'h0;
+      mayBegin_REG <= 16'h0;
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~gone & ~doneOne | requestOne;
+      waits <= stays | requestOne;
       well <= well & ~clearSent & ~requestOne | (isWell & _doneOne_T ? one : 16'h0);
       badly <= badly & ~clearFailed & ~requestOne | gone | (isWell | ~_doneOne_T ? 16'h0 : one);
-      onWire <= isOnIt & ~ends & ~relay_drops;
-      aborts <= isOnIt & ~ends & abortsIt;
+      onWire <= (onWire | takes_valid) & ~ends & ~relay_drops;
+      aborts <= onWire & ~ends & abortsIt;
+      isNew <= takes_valid;
       leaves <= abort;
-      isOver_REG <= isOnIt & ends & ~relay_drops;
+      isOver_REG <= onWire & ends & ~relay_drops;
+      mayBegin_REG <= stays & ~abort;
       ended_REG <= relay_ends_valid;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (takes_valid)
       last <= takes_bits;
+    ofBegin_REG <= abort;
     isOver_REG_1 <= sent | oneShot | abortsIt;
     isSent <= sent;
   end // always @(posedge)
   assign pending = waits;
-  assign leaving = leaves;
+  assign mayBegin = mayBegin_REG;
   assign sentAll = well;
   assign failedAll = badly;
   assign current = last;
   assign aborted = |gone;
   assign ended = isOver | ended_REG;
+  assign mayAbort = (|mayGo) | relay_drops;
 endmodule
 
 module WordCounters(
@@ -2574,6 +2605,26 @@ module WordCounters(
 
   reg  [4:0] at;
   reg        isActive;
+  reg        happened_0;
+  reg        happened_1;
+  reg        happened_2;
+  reg        happened_3;
+  reg        happened_4;
+  reg        happened_5;
+  reg        happened_6;
+  reg        happened_7;
+  reg        happened_8;
+  reg        happened_9;
+  reg        happened_10;
+  reg        happened_11;
+  reg        happened_12;
+  reg        happened_13;
+  reg        happened_14;
+  reg        happened_15;
+  reg        happened_16;
+  reg        happened_17;
+  reg        happened_18;
+  reg        happened_19;
   reg        waiting_0_0;
   reg        waiting_0_1;
   reg        waiting_0_2;
@@ -2594,6 +2645,7 @@ module WordCounters(
   reg        waiting_5_all;
   reg  [1:0] waiting_6_all;
   reg  [4:0] waiting_7_all;
+  reg        waits_REG;
   wire [7:0] _job_bits_source_output = {5'h11, at[4] ? {1'h1, at[1:0]} : {1'h0, at[3:2]}};
   wire [3:0] _job_bits_bytes_T_1 = 4'h1 << at[1:0];
   wire       _waiting_left_T_95 = isActive & done;
@@ -2628,6 +2680,26 @@ module WordCounters(
     if (reset) begin
       at <= 5'h0;
       isActive <= 1'h0;
+      happened_0 <= 1'h0;
+      happened_1 <= 1'h0;
+      happened_2 <= 1'h0;
+      happened_3 <= 1'h0;
+      happened_4 <= 1'h0;
+      happened_5 <= 1'h0;
+      happened_6 <= 1'h0;
+      happened_7 <= 1'h0;
+      happened_8 <= 1'h0;
+      happened_9 <= 1'h0;
+      happened_10 <= 1'h0;
+      happened_11 <= 1'h0;
+      happened_12 <= 1'h0;
+      happened_13 <= 1'h0;
+      happened_14 <= 1'h0;
+      happened_15 <= 1'h0;
+      happened_16 <= 1'h0;
+      happened_17 <= 1'h0;
+      happened_18 <= 1'h0;
+      happened_19 <= 1'h0;
       waiting_0_0 <= 1'h0;
       waiting_0_1 <= 1'h0;
       waiting_0_2 <= 1'h0;
@@ -2648,6 +2720,7 @@ module WordCounters(
       waiting_5_all <= 1'h0;
       waiting_6_all <= 2'h0;
       waiting_7_all <= 5'h0;
+      waits_REG <= 1'h0;
     end
     else begin
       if (~(isActive | isMine))
@@ -2656,32 +2729,73 @@ module WordCounters(
         isActive <= ~done;
       else
         isActive <= isMine | isActive;
-      waiting_0_0 <= (_waiting_left_T_95 & _isMine_T ? waiting_0_0 - 1'h1 : waiting_0_0) | events_0;
-      waiting_0_1 <= (_waiting_left_T_95 & _isMine_T_2 ? waiting_0_1 - 1'h1 : waiting_0_1) | events_1;
-      waiting_0_2 <= (_waiting_left_T_95 & _isMine_T_4 ? waiting_0_2 - 1'h1 : waiting_0_2) | events_2;
-      waiting_0_3 <= (_waiting_left_T_95 & _isMine_T_6 ? waiting_0_3 - 1'h1 : waiting_0_3) | events_3;
-      waiting_3_0 <= (_waiting_left_T_95 & _isMine_T_8 ? waiting_3_0 - 1'h1 : waiting_3_0) | events_4;
-      waiting_3_1 <= (_waiting_left_T_95 & _isMine_T_10 ? waiting_3_1 - 1'h1 : waiting_3_1) | events_5;
-      waiting_1_0 <= (_waiting_left_T_95 & _isMine_T_12 ? waiting_1_0 - 1'h1 : waiting_1_0) | events_6;
-      waiting_1_1 <= (_waiting_left_T_95 & _isMine_T_14 ? waiting_1_1 - 1'h1 : waiting_1_1) | events_7;
-      waiting_1_2 <= (_waiting_left_T_95 & _isMine_T_16 ? waiting_1_2 - 1'h1 : waiting_1_2) | events_8;
-      waiting_1_3 <= (_waiting_left_T_95 & _isMine_T_18 ? waiting_1_3 - 1'h1 : waiting_1_3) | events_9;
-      waiting_2_0 <= (_waiting_left_T_95 & _isMine_T_20 ? waiting_2_0 - 2'h1 : waiting_2_0) + {1'h0, events_10};
-      waiting_2_1 <= (_waiting_left_T_95 & _isMine_T_22 ? waiting_2_1 - 2'h1 : waiting_2_1) + {1'h0, events_11};
-      waiting_2_2 <= (_waiting_left_T_95 & _isMine_T_24 ? waiting_2_2 - 5'h1 : waiting_2_2) + {4'h0, events_12};
-      waiting_2_3 <= (_waiting_left_T_95 & _isMine_T_26 ? waiting_2_3 - 5'h1 : waiting_2_3) + {4'h0, events_13};
-      waiting_3_2 <= (_waiting_left_T_95 & _isMine_T_28 ? waiting_3_2 - 2'h1 : waiting_3_2) + {1'h0, events_14};
-      waiting_3_3 <= (_waiting_left_T_95 & _isMine_T_30 ? waiting_3_3 - 2'h1 : waiting_3_3) + {1'h0, events_15};
-      waiting_4_all <= (_waiting_left_T_95 & _isMine_T_32 ? waiting_4_all - 1'h1 : waiting_4_all) | events_16;
-      waiting_5_all <= (_waiting_left_T_95 & _isMine_T_34 ? waiting_5_all - 1'h1 : waiting_5_all) | events_17;
-      waiting_6_all <= (_waiting_left_T_95 & _isMine_T_36 ? waiting_6_all - 2'h1 : waiting_6_all) + {1'h0, events_18};
-      waiting_7_all <= (_waiting_left_T_95 & _isMine_T_38 ? waiting_7_all - 5'h1 : waiting_7_all) + {4'h0, events_19};
+      happened_0 <= events_0;
+      happened_1 <= events_1;
+      happened_2 <= events_2;
+      happened_3 <= events_3;
+      happened_4 <= events_4;
+      happened_5 <= events_5;
+      happened_6 <= events_6;
+      happened_7 <= events_7;
+      happened_8 <= events_8;
+      happened_9 <= events_9;
+      happened_10 <= events_10;
+      happened_11 <= events_11;
+      happened_12 <= events_12;
+      happened_13 <= events_13;
+      happened_14 <= events_14;
+      happened_15 <= events_15;
+      happened_16 <= events_16;
+      happened_17 <= events_17;
+      happened_18 <= events_18;
+      happened_19 <= events_19;
+      waiting_0_0 <= (_waiting_left_T_95 & _isMine_T ? waiting_0_0 - 1'h1 : waiting_0_0) | happened_0;
+      waiting_0_1 <= (_waiting_left_T_95 & _isMine_T_2 ? waiting_0_1 - 1'h1 : waiting_0_1) | happened_1;
+      waiting_0_2 <= (_waiting_left_T_95 & _isMine_T_4 ? waiting_0_2 - 1'h1 : waiting_0_2) | happened_2;
+      waiting_0_3 <= (_waiting_left_T_95 & _isMine_T_6 ? waiting_0_3 - 1'h1 : waiting_0_3) | happened_3;
+      waiting_3_0 <= (_waiting_left_T_95 & _isMine_T_8 ? waiting_3_0 - 1'h1 : waiting_3_0) | happened_4;
+      waiting_3_1 <= (_waiting_left_T_95 & _isMine_T_10 ? waiting_3_1 - 1'h1 : waiting_3_1) | happened_5;
+      waiting_1_0 <= (_waiting_left_T_95 & _isMine_T_12 ? waiting_1_0 - 1'h1 : waiting_1_0) | happened_6;
+      waiting_1_1 <= (_waiting_left_T_95 & _isMine_T_14 ? waiting_1_1 - 1'h1 : waiting_1_1) | happened_7;
+      waiting_1_2 <= (_waiting_left_T_95 & _isMine_T_16 ? waiting_1_2 - 1'h1 : waiting_1_2) | happened_8;
+      waiting_1_3 <= (_waiting_left_T_95 & _isMine_T_18 ? waiting_1_3 - 1'h1 : waiting_1_3) | happened_9;
+      waiting_2_0 <= (_waiting_left_T_95 & _isMine_T_20 ? waiting_2_0 - 2'h1 : waiting_2_0) + {1'h0, happened_10};
+      waiting_2_1 <= (_waiting_left_T_95 & _isMine_T_22 ? waiting_2_1 - 2'h1 : waiting_2_1) + {1'h0, happened_11};
+      waiting_2_2 <= (_waiting_left_T_95 & _isMine_T_24 ? waiting_2_2 - 5'h1 : waiting_2_2) + {4'h0, happened_12};
+      waiting_2_3 <= (_waiting_left_T_95 & _isMine_T_26 ? waiting_2_3 - 5'h1 : waiting_2_3) + {4'h0, happened_13};
+      waiting_3_2 <= (_waiting_left_T_95 & _isMine_T_28 ? waiting_3_2 - 2'h1 : waiting_3_2) + {1'h0, happened_14};
+      waiting_3_3 <= (_waiting_left_T_95 & _isMine_T_30 ? waiting_3_3 - 2'h1 : waiting_3_3) + {1'h0, happened_15};
+      waiting_4_all <= (_waiting_left_T_95 & _isMine_T_32 ? waiting_4_all - 1'h1 : waiting_4_all) | happened_16;
+      waiting_5_all <= (_waiting_left_T_95 & _isMine_T_34 ? waiting_5_all - 1'h1 : waiting_5_all) | happened_17;
+      waiting_6_all <= (_waiting_left_T_95 & _isMine_T_36 ? waiting_6_all - 2'h1 : waiting_6_all) + {1'h0, happened_18};
+      waiting_7_all <= (_waiting_left_T_95 & _isMine_T_38 ? waiting_7_all - 5'h1 : waiting_7_all) + {4'h0, happened_19};
+      waits_REG <=
+        (|{happened_19,
+           happened_18,
+           happened_17,
+           happened_16,
+           happened_15,
+           happened_14,
+           happened_13,
+           happened_12,
+           happened_11,
+           happened_10,
+           happened_9,
+           happened_8,
+           happened_7,
+           happened_6,
+           happened_5,
+           happened_4,
+           happened_3,
+           happened_2,
+           happened_1,
+           happened_0}) | waiting_0_0 | waiting_0_1 | waiting_0_2 | waiting_0_3 | waiting_3_0 | waiting_3_1
+        | waiting_1_0 | waiting_1_1 | waiting_1_2 | waiting_1_3 | (|waiting_2_0) | (|waiting_2_1) | (|waiting_2_2)
+        | (|waiting_2_3) | (|waiting_3_2) | (|waiting_3_3) | waiting_4_all | waiting_5_all | (|waiting_6_all)
+        | (|waiting_7_all);
     end
   end // always @(posedge, posedge)
-  assign waits =
-    waiting_0_0 | waiting_0_1 | waiting_0_2 | waiting_0_3 | waiting_3_0 | waiting_3_1 | waiting_1_0 | waiting_1_1
-    | waiting_1_2 | waiting_1_3 | (|waiting_2_0) | (|waiting_2_1) | (|waiting_2_2) | (|waiting_2_3) | (|waiting_3_2)
-    | (|waiting_3_3) | waiting_4_all | waiting_5_all | (|waiting_6_all) | (|waiting_7_all);
+  assign waits = waits_REG;
   assign job_valid = isActive;
   assign job_bits_source = _job_bits_source_output;
   assign job_bits_target = _job_bits_source_output;
@@ -2738,8 +2852,8 @@ module PortMemory(
   reg  [3:0]  writes;
   wire [3:0]  _atHand_T = reads | writes;
   wire [3:0]  chosen = job_0_valid ? 4'h1 : job_1_valid ? 4'h2 : job_2_valid ? 4'h4 : {job_3_valid, 3'h0};
-  wire        anyJob =
-    clearing[8] & ~load_valid & _atHand_T == 4'h0 & (job_0_valid | job_1_valid | job_2_valid | job_3_valid);
+  wire        asks = clearing[8] & _atHand_T == 4'h0 & (job_0_valid | job_1_valid | job_2_valid | job_3_valid);
+  wire        anyJob = asks & ~load_valid;
   wire        _orderReady_output = clearing[8] & ~load_valid & ~anyJob;
   reg  [31:0] merged;
   reg  [3:0]  ups;
@@ -2792,7 +2906,7 @@ module PortMemory(
   assign _ram_readAddress =
     load_valid
       ? {2'h0, load_bits}
-      : anyJob
+      : asks
           ? (chosen[0] ? job_0_bits_source : 8'h0) | (chosen[1] ? job_1_bits_source : 8'h0)
             | (chosen[2] ? job_2_bits_source : 8'h0) | (chosen[3] ? job_3_bits_source : 8'h0)
           : order_valid ? {2'h0, order_bits, 2'h0} : {2'h1, filter_bits};
@@ -3458,13 +3572,14 @@ module CanPort(
   wire [3:0]  _states_current;
   wire        _states_aborted;
   wire        _states_ended;
+  wire        _states_mayAbort;
   wire        _orderRam_write;
   wire [5:0]  _orderRam_writeAddress;
   wire [35:0] _orderRam_writeData;
   wire [5:0]  _orderRam_readAddress;
   wire [35:0] _orderRam_readData;
   wire [15:0] _order_pending;
-  wire [15:0] _order_leaving;
+  wire [15:0] _order_mayBegin;
   wire        _order_changedNow;
   wire        _order_changedLate;
   wire        _order_append_valid;
@@ -3721,7 +3836,7 @@ module CanPort(
     .identified          (_shift_identified)
   );
   assign _order_pending = _states_pending;
-  assign _order_changedNow = _states_aborted | order_changedNow_REG;
+  assign _order_changedNow = _states_mayAbort | order_changedNow_REG;
   assign _order_changedLate = _states_ended;
   assign _order_append_valid = _front_append_valid & ~relay_on;
   assign _order_append_bits = _front_append_bits;
@@ -3735,7 +3850,7 @@ module CanPort(
     .clock            (clock),
     .reset            (reset),
     .pending          (_order_pending),
-    .leaving          (_order_leaving),
+    .mayBegin         (_order_mayBegin),
     .changedNow       (_order_changedNow),
     .changedLate      (_order_changedLate),
     .append_valid     (_order_append_valid),
@@ -3794,12 +3909,13 @@ module CanPort(
     .ends             (_engine_events_ends),
     .sent             (_engine_events_sent),
     .pending          (_states_pending),
-    .leaving          (_order_leaving),
+    .mayBegin         (_order_mayBegin),
     .sentAll          (_states_sentAll),
     .failedAll        (_states_failedAll),
     .current          (_states_current),
     .aborted          (_states_aborted),
-    .ended            (_states_ended)
+    .ended            (_states_ended),
+    .mayAbort         (_states_mayAbort)
   );
   assign _words_done = _memory_done[3];
   WordCounters words (
@@ -5508,16 +5624,18 @@ module SlotList(
   reg         isHeld;
   reg         joins;
   reg         isIn;
-  wire        _read_valid_output = append_valid & ~isAsked & ~isHeld;
+  reg         isNew;
+  wire        _read_valid_output = isNew & ~isAsked & ~isHeld;
   reg  [31:0] by_key;
   reg  [3:0]  by_slot;
   reg         wasBy;
   reg         isKept;
-  wire        isOver = walks & ~reads & ~comes & ~passes & ~entry_valid_REG & ~wasBy;
+  wire        isOver = walks & ~comes & ~passes & ~entry_valid_REG & ~wasBy;
   reg         isLess;
   wire        first = joins & ~isIn & entry_valid_REG & isLess;
   wire        isLast = joins & ~isIn & isOver;
   wire [4:0]  _behind_T = to + 5'h1;
+  wire        _appended_output = isOver & joins;
   wire        _ram_writeData_T_1 = isIn | first | isLast;
   wire        _GEN = ~on | isOver;
   always @(posedge clock or posedge reset) begin
@@ -5534,6 +5652,7 @@ module SlotList(
       isHeld <= 1'h0;
       joins <= 1'h0;
       isIn <= 1'h0;
+      isNew <= 1'h0;
       wasBy <= 1'h0;
       isKept <= 1'h0;
     end
@@ -5565,6 +5684,7 @@ module SlotList(
       isHeld <= on & (isOver ? isHeld & ~joins : isAsked | isHeld);
       joins <= ~_GEN & (walk ? isHeld : joins);
       isIn <= ~_GEN & (first | isIn);
+      isNew <= append_valid & ~_appended_output;
       wasBy <= entry_valid_REG;
       isKept <= entry_valid_REG & keeps;
     end
@@ -5614,7 +5734,7 @@ module SlotList(
   assign coming = ram_readData[3:0];
   assign next_valid = passes;
   assign next_bits = passing_slot;
-  assign appended = isOver & joins;
+  assign appended = _appended_output;
   assign read_valid = _read_valid_output;
   assign read_bits = append_bits;
   assign looked = ram_readData[35:4];
@@ -5678,9 +5798,6 @@ module OwnChoice(
   wire       passed = isPast | _passed_T_1;
   wire       taken = isSame & isBegun;
   wire       _isBegun_T = entry_bits_kept & entry_bits_begun;
-  wire       _GEN = entry_valid & _isBegun_T & entry_bits_waits_0 & ~hasOld_0;
-  wire       _GEN_0 = entry_valid & _isBegun_T & entry_bits_waits_1 & ~hasOld_1;
-  wire       _GEN_1 = entry_bits_kept & ~entry_bits_begun & ~passed & ~has & ~taken;
   always @(posedge clock) begin
     if (begins) begin
       isSame <= 1'h0;
@@ -5693,29 +5810,29 @@ module OwnChoice(
     else begin
       if (entry_valid) begin
         isSame <= entry_bits_listed_sameAsNext;
-        has <= _GEN_1 | ~(_isBegun_T & ~passed) & has;
+        has <= entry_bits_kept & ~entry_bits_begun & ~passed & ~has & ~taken | ~(_isBegun_T & ~passed) & has;
       end
       isPast <= entry_valid & _passed_T_1 | isPast;
       isFull <= entry_valid & _isBegun_T & entry_bits_sequence == nextSequence | isFull;
-      hasOld_0 <= _GEN | hasOld_0;
-      hasOld_1 <= _GEN_0 | hasOld_1;
+      hasOld_0 <= entry_valid & _isBegun_T & entry_bits_waits_0 | hasOld_0;
+      hasOld_1 <= entry_valid & _isBegun_T & entry_bits_waits_1 | hasOld_1;
     end
     if (entry_valid)
       isBegun <= taken | _isBegun_T;
-    if (entry_valid & _GEN_1) begin
+    if (entry_valid & ~has) begin
       fresh_slot <= entry_bits_listed_slot;
       fresh_place <= entry_bits_listed_place;
       fresh_isNew <= ~entry_bits_begun;
       fresh_sequence <= entry_bits_sequence;
     end
-    if (_GEN) begin
+    if (entry_valid & ~hasOld_0) begin
       old_0_slot <= entry_bits_listed_slot;
       old_0_place <= entry_bits_listed_place;
       old_0_isNew <= ~entry_bits_begun;
       old_0_sequence <= entry_bits_sequence;
       isBehind_0 <= passed;
     end
-    if (_GEN_0) begin
+    if (entry_valid & ~hasOld_1) begin
       old_1_slot <= entry_bits_listed_slot;
       old_1_place <= entry_bits_listed_place;
       old_1_isNew <= ~entry_bits_begun;
@@ -5870,7 +5987,15 @@ module OwnFrames(
   reg  [13:0] due_sequence;
   reg  [13:0] ahead;
   wire        asked1 = phase == 5'h1A;
-  wire [3:0]  asked_slot = asked1 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot;
+  reg         chosen_0_valid;
+  reg  [3:0]  chosen_0_bits_slot;
+  reg         chosen_0_bits_isNew;
+  reg  [3:0]  chosen_0_bits_sequence;
+  reg         chosen_1_valid;
+  reg  [3:0]  chosen_1_bits_slot;
+  reg         chosen_1_bits_isNew;
+  reg  [3:0]  chosen_1_bits_sequence;
+  wire [3:0]  asked_slot = asked1 ? chosen_1_bits_slot : chosen_0_bits_slot;
   reg  [3:0]  it_slot;
   reg         it_isNew;
   reg  [3:0]  it_sequence;
@@ -6124,9 +6249,17 @@ module OwnFrames(
     due_kind <= _walk_output ? homes_1_kind : homes_0_kind;
     due_sequence <= nearlyDue_sequence;
     ahead <= nearlyDue_sequence - next;
+    chosen_0_valid <= _choice_next_0_valid;
+    chosen_0_bits_slot <= _choice_next_0_bits_slot;
+    chosen_0_bits_isNew <= _choice_next_0_bits_isNew;
+    chosen_0_bits_sequence <= _choice_next_0_bits_sequence;
+    chosen_1_valid <= _choice_next_1_valid;
+    chosen_1_bits_slot <= _choice_next_1_bits_slot;
+    chosen_1_bits_isNew <= _choice_next_1_bits_isNew;
+    chosen_1_bits_sequence <= _choice_next_1_bits_sequence;
     it_slot <= asked_slot;
-    it_isNew <= asked1 ? _choice_next_1_bits_isNew : _choice_next_0_bits_isNew;
-    it_sequence <= asked1 ? _choice_next_1_bits_sequence : _choice_next_0_bits_sequence;
+    it_isNew <= asked1 ? chosen_1_bits_isNew : chosen_0_bits_isNew;
+    it_sequence <= asked1 ? chosen_1_bits_sequence : chosen_0_bits_sequence;
     second <= asked1;
     was_sequence <= _records_readData[35:32];
     was_repeats <= _records_readData[31:24];
@@ -6222,8 +6355,8 @@ module OwnFrames(
   assign walk = _walk_output;
   assign keeps = _keeps_output;
   assign look = _look_T ? _choice_next_0_bits_place : _choice_next_1_bits_place;
-  assign offer_0 = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T_1[0]);
-  assign offer_1 = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T_1[0]);
+  assign offer_0 = isAble & (lifeWaits_0 | chosen_0_valid & _isPending_T_1[0]);
+  assign offer_1 = isAble & (lifeWaits_1 | chosen_1_valid & _isPending_T_1[0]);
   assign order = (_order_T ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
   assign leaves_0_isLife = leavesReg_0_isLife;
   assign leaves_0_slot = leavesReg_0_slot;
@@ -6750,13 +6883,15 @@ module Sources(
   reg         isAhead;
   reg         isNear;
   reg         isBelow;
+  reg  [7:0]  distances_0;
+  reg  [7:0]  distances_1;
   wire        _map_io_writeData_T = at == frame_bits_sequence[4:0];
   wire        _done_output = step == 4'h8;
   wire [31:0] _ram_io_writeData_T_4 =
     _done_output
       ? {2'h0, names_hasLife, names_life, names_hasSequence, names_newest}
-      : {frame_bits_receivedBy & ~frame_bits_sentBy ? frame_bits_distance : _ram_readData[31:24],
-         ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : _ram_readData[23:16],
+      : {frame_bits_receivedBy & ~frame_bits_sentBy ? frame_bits_distance : distances_1,
+         ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : distances_0,
          now};
   wire        _double_T_2 = frame_bits_kind == 2'h0;
   wire        _GEN = step == 4'h0;
@@ -6899,6 +7034,8 @@ module Sources(
     isAhead <= (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
     isNear <= _above_T[13:5] == 9'h0;
     isBelow <= _above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]));
+    distances_0 <= _ram_readData[23:16];
+    distances_1 <= _ram_readData[31:24];
   end // always @(posedge)
   assign _map_write = step == 4'h7;
   assign _map_writeAddress = {frame_bits_source, at};

@@ -18,8 +18,9 @@ class OpticalPortModel(p: FibreParams) {
   private var second  = Never // and since the one before
   private var isThird = false // the last loss was the third one within a second
 
-  private var isUp    = false
-  private var telling = 2 // ends of 8 us until the other end has heard that it went down
+  private var isUp     = false
+  private var telling  = 2    // ends of 8 us until the other end has heard that it went down
+  private var searches = true // it sends search, unless it is switched off
 
   /** Times that it went down, and that noise began; 8 bits, which stop at 255. */
   var losses: Int = 0
@@ -61,10 +62,11 @@ class OpticalPortModel(p: FibreParams) {
   ): Unit = {
     modulator.step(
       if (off) Tone.Dark
-      else if (!signal || tells) Tone.Search
+      else if (searches) Tone.Search
       else if (!isUp) Tone.Recessive
       else Tone.of(send)
     )
+    searches = !signal || tells
     upOrDown(signal && !hearsSearch && !off, off, upMs, eight, ms, quarter)
     for (i <- 0 until p.samplesPerCycle) demodulator.sample((twice >> i & 1) == 1)
     if (inspection.step(twice, slow)) noises = 255 min noises + 1

@@ -67,41 +67,41 @@ class BitTiming extends Module {
   cycle := nextCycle
   tick  := nextCycle === setting.prescaler
 
-  // The phase error is `quantum` in front of the sample point, and minus `distance` behind it.
-  private val edge    = tick && before && !heard && lastSample && !synchronised
-  private val applies = edge && (hard || behind || quantum === 0.U || !dominant)
-  private val isNear  = hard || near
-  private val back    = Mux(hard || quantum <= jump, 0.U, quantum - jump)
-  private val ahead   = distance - jump
-  private val late    = applies && behind && isNear // this quantum is 0 of the next bit
-  private val isLast  = Mux(applies, isNear || isBeside, isOne)
+  // The level heard is known late in the cycle: what follows from an edge and what does without one is there
+  // before it. The phase error is `quantum` in front of the sample point, and minus `distance` behind it.
+  private val mayEdge  = tick && before && lastSample && !synchronised
+  private val mayApply = mayEdge && (hard || behind || quantum === 0.U || !dominant)
+  private val applies  = mayApply && !heard
+  private val isNear   = hard || near // this quantum is 0 of the next bit
+  private val back     = Mux(hard || quantum <= jump, 0.U, quantum - jump)
+  private val ahead    = distance - jump
+  private val isDue    = tick && !behind && quantum === samplePoint
+  private val endsSoon = behind && (isNear || isBeside)
+  private val endsSame = behind && isOne
 
-  sample.valid := tick && !applies && !behind && quantum === samplePoint
+  sample.valid := isDue && !applies
   sample.bits  := Mux(threeSamples, (heard && before) || (heard && twoBefore) || (before && twoBefore), heard)
-  ends         := tick && behind && isLast
-  restarts     := edge && hard
+  ends         := Mux(applies, endsSoon, tick && endsSame)
+  restarts     := mayEdge && hard && !heard
   when(tick) {
-    quantum   := Mux(applies, back, quantum) + 1.U
-    distance  := Mux(applies, ahead, distance) - 1.U
+    quantum := Mux(
+      applies,
+      Mux(endsSoon, isNear, back + 1.U),
+      Mux(endsSame, 0.U, quantum + 1.U)
+    )
+    distance  := Mux(applies, ahead - 1.U, Mux(isDue, whole, distance - 1.U))
+    near      := Mux(sample.valid, whole <= jump, distance <= jump +& 1.U)
+    isBeside  := Mux(sample.valid, whole === jump +& 1.U, distance === jump +& 2.U)
+    isOne     := Mux(applies, ahead === 2.U, Mux(isDue, whole === 1.U, distance === 2.U))
     before    := heard
     twoBefore := before
-    near      := distance <= jump +& 1.U
-    isBeside  := distance === jump +& 2.U
-    isOne     := Mux(applies, ahead, distance) === 2.U
     when(applies) { synchronised := true.B }
     when(sample.valid) {
       behind       := true.B
-      distance     := whole
-      near         := whole <= jump
-      isBeside     := whole === jump +& 1.U
-      isOne        := whole === 1.U
       synchronised := false.B
       lastSample   := sample.bits
     }
-    when(ends) {
-      quantum := late
-      behind  := false.B
-    }
+    when(ends) { behind := false.B }
   }
   when(!run) {
     quantum      := 0.U

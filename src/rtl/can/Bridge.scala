@@ -60,7 +60,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   val into = IO(Flipped(new BridgeInto(p)))
 
   private object Step extends ChiselEnum {
-    val idle, reads, comes, chooses, searches, evicts, leaves, evicted, copies, asks, counts = Value
+    val idle, reads, comes, chooses, searches, looks, evicts, leaves, evicted, copies, asks, counts = Value
   }
   private val step  = RegInit(Step.idle) // reset: nothing is to be done
   private val place = Reg(UInt(ReceiveFifo.placeBits(p.rxFrames).W))
@@ -88,9 +88,9 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
 
   private val counter = PortMemory.register(CanRegisters.BridgeDropped)
   private val counts  = step === Step.counts
-  private val looks   = step === Step.searches
+  private val looks   = step === Step.looks
   private val target  = Mux(counts, counter, address(Mux(looks, at, slot), Mux(looks, 0.U, part)))
-  into.job.valid       := step === Step.copies || counts || (looks && !skips && !isFree)
+  into.job.valid       := step === Step.copies || counts || looks
   into.job.bits.source := target
   into.job.bits.target := target
   into.job.bits.write  := !looks
@@ -114,6 +114,10 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
     at    := 0.U
     found := false.B
     step  := Step.searches
+  }
+  private def goOn(): Unit = {
+    at   := at + 1.U
+    step := Mux(isLast, Step.evicts, Step.searches)
   }
 
   private val goesOn = more || from.taken.valid
@@ -139,14 +143,16 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
       when(!into.pending.andR) { copy(PriorityEncoder(~into.pending)) }.otherwise { search() }
     }
     is(Step.searches) {
-      when(isFree) { copy(at) }.elsewhen(skips || into.done) {
-        at := at + 1.U
+      when(isFree) { copy(at) }.elsewhen(skips) { goOn() }.otherwise { step := Step.looks }
+    }
+    is(Step.looks) {
+      when(into.done) { // meanwhile it may have begun, and even have been sent
         when(!skips && (!found || into.key >= lastKey)) {
           found   := true.B
           lastKey := into.key
           slot    := at
         }
-        when(isLast) { step := Step.evicts }
+        when(isFree) { copy(at) }.otherwise { goOn() }
       }
     }
     is(Step.evicts) { step := Mux(isBetter, Step.leaves, Step.counts) }

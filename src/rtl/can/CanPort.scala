@@ -208,8 +208,8 @@ class CanPort(
   states.sent          := happens.sent
 
   order.pending            := states.pending
-  order.leaving            := states.leaving
-  order.changedNow         := states.aborted || RegNext(front.orders.requested || bridged, false.B)
+  order.mayBegin           := states.mayBegin
+  order.changedNow         := states.mayAbort || RegNext(front.orders.requested || bridged, false.B)
   order.changedLate        := states.ended
   order.append.bits        := append.bits
   order.append.valid       := append.valid && !relay.fold(false.B)(_.on)

@@ -55,8 +55,8 @@ class PortMemory(jobs: Int) extends Module {
   private val writes  = RegNext(reads, 0.U)  // the job that is written; reset: none
   private val isBusy  = (reads | writes).orR
   private val chosen  = PriorityEncoderOH(VecInit(job.map(_.valid)).asUInt)
-  private val mayJob  = isClear && !load.valid && !isBusy
-  private val anyJob  = mayJob && job.map(_.valid).reduce(_ || _)
+  private val asks    = isClear && !isBusy && job.map(_.valid).reduce(_ || _)
+  private val anyJob  = asks && !load.valid
   private val reading = Mux1H(chosen, job.map(_.bits.source))
   private val atHand  = Mux1H(reads | writes, job.map(_.bits))
   reads := Fill(jobs, anyJob) & VecInit(chosen.asBools).asUInt
@@ -68,7 +68,7 @@ class PortMemory(jobs: Int) extends Module {
     load.valid,
     Slots.U(2.W) ## load.bits,
     Mux(
-      anyJob,
+      asks,
       reading,
       Mux(order.valid, Slots.U(2.W) ## order.bits ## 0.U(2.W), Filters.U(2.W) ## filter.bits)
     )

@@ -15,11 +15,11 @@ import flyframe.ram.RamUse
 class SlotOrder(p: CanParams) extends Module {
   private val slotBits = log2Ceil(p.slots)
 
-  /** Slots that wait or are being sent; of these, what may be so no longer in the next cycle. They have
-    * changed, first seen in this cycle: by the host, or late, by a sample, which was taken three cycles ago.
+  /** Slots that wait or are being sent; those of them that may begin, see [[SlotStates]]. They have changed,
+    * first seen in this cycle: by the host, or late, by a sample, which was taken three cycles ago.
     */
   val pending     = IO(Input(UInt(p.slots.W)))
-  val leaving     = IO(Input(UInt(p.slots.W)))
+  val mayBegin    = IO(Input(UInt(p.slots.W)))
   val changedNow  = IO(Input(Bool()))
   val changedLate = IO(Input(Bool()))
 
@@ -69,11 +69,12 @@ class SlotOrder(p: CanParams) extends Module {
   second.valid := isThere && (stays || second.valid) || (stays && second.valid)
   when(isThere) { second.bits := ram.readData }
 
-  // A key comes in the cycle behind its read, and is compared in the next.
+  // A key comes in the cycle behind its read, in which its slot is kept, and is compared in the next.
   private val comes    = RegNext(keeps && !changed, false.B)
   private val compares = RegNext(comes && !changed, false.B)
   private val thisKey  = RegNext(key)
-  private val thisSlot = RegNext(RegNext(slot))
+  private val keptSlot = RegNext(slot)
+  private val thisSlot = RegNext(keptSlot)
   private val found    = RegInit(false.B) // the best so far is one; reset: none
   private val bestKey  = Reg(UInt(32.W))
   private val bestSlot = Reg(UInt(slotBits.W))
@@ -83,11 +84,11 @@ class SlotOrder(p: CanParams) extends Module {
   ram.readAddress := bank ## at(slotBits - 1, 0)
   // A slot is written behind the list even if it may not be appended yet, which is known too late. That is
   // never behind a list of all slots: these are pending then, and none is to be appended.
-  ram.write        := Mux(walks, keeps, append.valid)
+  ram.write        := Mux(walks, comes, append.valid)
   ram.writeAddress := Mux(walks, !bank ## to(slotBits - 1, 0), bank ## count(slotBits - 1, 0))
-  ram.writeData    := Mux(walks, slot, append.bits)
+  ram.writeData    := Mux(walks, keptSlot, append.bits)
   when(appended) { count := count + 1.U }
-  when(keeps) { to := to + 1.U }
+  when(comes) { to := to + 1.U }
   when(compares && (!found || thisKey < bestKey)) {
     found    := true.B
     bestKey  := thisKey
@@ -137,7 +138,7 @@ class SlotOrder(p: CanParams) extends Module {
     offered.valid := before.valid && pending(before.slot)
   }
   offer       := offered
-  offer.valid := offered.valid && pending(offered.slot) && !leaving(offered.slot)
+  offer.valid := offered.valid && mayBegin(offered.slot)
 }
 
 object SlotOrder {

@@ -49,9 +49,11 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   val evict: Option[UInt] = Option.when(p.bridge)(IO(Input(UInt(bridgeSlots.size.W))))
   val held: Option[UInt]  = Option.when(p.bridge)(IO(Output(UInt(bridgeSlots.size.W))))
 
-  /** Slots that are pending; those that are not to begin, as they may be given up in this cycle. */
+  /** Slots that are pending; those of them that may begin, as they were so before and are not given up in
+    * this cycle.
+    */
   val pending   = IO(Output(UInt(p.slots.W)))
-  val leaving   = IO(Output(UInt(p.slots.W)))
+  val mayBegin  = IO(Output(UInt(p.slots.W)))
   val sentAll   = IO(Output(UInt(p.slots.W)))
   val failedAll = IO(Output(UInt(p.slots.W)))
 
@@ -62,6 +64,9 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   val aborted = IO(Output(Bool()))
   val ended   = IO(Output(Bool()))
 
+  /** In bus mode, where nobody `holds`, the same as `aborted`, and known early in the cycle. */
+  val mayAbort = IO(Output(Bool()))
+
   // Reset: nothing is to be sent.
   private val waits  = RegInit(0.U(p.slots.W))
   private val well   = RegInit(0.U(p.slots.W))
@@ -69,19 +74,21 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val onWire = RegInit(false.B)
   private val aborts = RegInit(false.B) // the one on the wire
   private val last   = Reg(UInt(slotBits.W))
-  private val isOnIt = onWire || takes.valid
 
   // The slot that is begun or was begun last. An attempt ends long behind its beginning. An order to abort it
-  // counts up to that cycle.
-  private val abortsIt = (aborts && !takes.valid) || Mux(takes.valid, abort(takes.bits), abort(last))
+  // counts from the cycle in which it is begun to that in which it ends.
+  private val isNew    = RegNext(takes.valid, false.B)
+  private val ofBegin  = Mux(isNew, RegNext(abort), 0.U) // an order in the cycle in which it was begun
+  private val abortsIt = (aborts && !isNew) || (abort | ofBegin)(last)
   private val drops    = relay.fold(false.B)(_.drops)
   when(takes.valid) { last := takes.bits }
-  onWire := isOnIt && !ends && !drops
-  aborts := isOnIt && !ends && abortsIt
+  onWire := (onWire || takes.valid) && !ends && !drops
+  aborts := onWire && !ends && abortsIt
 
   // What is given up is told a cycle later from what was begun meanwhile. Reset: nothing leaves.
-  private val leaves  = RegNext(abort | evict.fold(0.U)(_ << bridgeSlots.start), 0.U(p.slots.W))
-  private val isOver  = RegNext(isOnIt && ends && !drops, false.B) && RegNext(sent || oneShot || abortsIt)
+  private val givenUp = abort | evict.fold(0.U)(_ << bridgeSlots.start)
+  private val leaves  = RegNext(givenUp, 0.U(p.slots.W))
+  private val isOver  = RegNext(onWire && ends && !drops, false.B) && RegNext(sent || oneShot || abortsIt)
   private val isSent  = RegNext(sent)
   private val ofRelay = relay.fold(false.B)(_.ends.valid)
   private val one     = UIntToOH(relay.fold(last)(r => Mux(ofRelay, r.ends.bits, last)), p.slots)
@@ -92,7 +99,8 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
     relay.fold(mayGo)(r => Mux(r.holds, 0.U, mayGo & ~r.begun) | Mux(drops, waits & ~doneOne, 0.U))
   private val isWell     = relay.fold(isSent)(r => Mux(ofRelay, r.sent, isSent))
   private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
-  waits := (waits & ~gone & ~doneOne) | requestOne
+  private val stays      = waits & ~gone & ~doneOne
+  waits := stays | requestOne
   well  := (well & ~clearSent & ~requestOne) | Mux(isWell, doneOne, 0.U)
   badly := (badly & ~clearFailed & ~requestOne) | gone | Mux(isWell, 0.U, doneOne)
 
@@ -105,7 +113,8 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   sentAll   := well
   failedAll := badly
   current   := last
-  leaving   := leaves
+  mayBegin  := RegNext(stays & ~givenUp, 0.U(p.slots.W)) // reset: nothing is to be sent
   aborted   := gone.orR
+  mayAbort  := mayGo.orR || drops
   ended     := isOver || RegNext(ofRelay, false.B)
 }

@@ -24,7 +24,9 @@ class WordCounters(counters: Seq[WordCounter]) extends Module {
 
   val events = IO(Input(Vec(counters.size, Bool())))
 
-  /** Something waits to be counted. */
+  /** Something waits to be counted: from the second cycle behind an event on, and a cycle longer than need
+    * be.
+    */
   val waits = IO(Output(Bool()))
 
   /** To [[PortMemory]]. */
@@ -42,7 +44,8 @@ class WordCounters(counters: Seq[WordCounter]) extends Module {
       s"A counter of ${c.lane.fold("32 bits")(_ => "a byte")} must not be in word ${c.word}."
     )
   require(indices.distinct.size == indices.size, s"Counters have the same place: $indices.")
-  private val waiting = counters.zip(events).zip(indices).map { case ((c, event), index) =>
+  private val happened = RegNext(events, 0.U.asTypeOf(events)) // as they come late in their cycle
+  private val waiting = counters.zip(happened).zip(indices).map { case ((c, event), index) =>
     val count = RegInit(0.U(c.waiting.W))
     val left  = Mux(isActive && done && at === index.U, count - 1.U, count)
     // A counter of one bit is for events that never come twice meanwhile.
@@ -52,7 +55,7 @@ class WordCounters(counters: Seq[WordCounter]) extends Module {
   private val isMine = Mux1H(
     waiting.zip(indices).map { case (count, index) => (at === index.U) -> count.orR }
   )
-  waits := waiting.map(_.orR).reduce(_ || _)
+  waits := RegNext(happened.asUInt.orR || waiting.map(_.orR).reduce(_ || _), false.B) // reset: nothing does
   when(isActive) { isActive := !done }
     .elsewhen(isMine) { isActive := true.B }
     .otherwise { at := at + 1.U }

@@ -35,7 +35,7 @@ class BusMode extends Module {
   val level = IO(Input(Vec(2, Bool())))
   val send  = IO(Output(Vec(2, Bool())))
 
-  /** What the host has set: `forced` is a mode, or 0. */
+  /** What the host has set: `forced` is a mode, or 0, and counts from the next cycle on. */
   val home    = IO(Input(Bool()))
   val forced  = IO(Input(UInt(2.W)))
   val address = IO(Input(UInt(7.W)))
@@ -54,7 +54,6 @@ class BusMode extends Module {
 
   // Reset: both ports are down, so that nothing is heard.
   private val isUp  = RegNext(up, VecInit(false.B, false.B))
-  private val r     = RegNext(VecInit.tabulate(2)(n => level(n) || !up(n)), VecInit(true.B, true.B))
   private val light = RegNext(level, VecInit(true.B, true.B)) // of a port that is down, too
 
   private val stuckPorts = Seq.fill(2)(Module(new StuckGuard(320 / 64)))
@@ -67,27 +66,32 @@ class BusMode extends Module {
   for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, light(n), ticks.sixtyFour)
   watch(stuckOwn, drive, ticks.eight)
 
-  // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.
-  // Decided a cycle before, as the way of a level through the node has no time for it. Reset: 1.
-  private val isForced = forced =/= 0.U
-  private val autoTwo  = RegNext(Mux(up(0) === up(1), ringGuard.next, up(0)), false.B)
-  private val isTwo    = Mux(isForced, forced === 2.U, autoTwo)
-  private val isThree  = Mux(isForced, forced === 3.U, !isUp(0) && isUp(1))
-  private val isOne    = !isTwo && !isThree
+  // What does not hang on the own controller is decided a cycle before, as the way of a level through the node
+  // has no time for it. Automatic: without any port up or with both, 1, or 2 for the guard; else that of the
+  // port that is up. Reset: 1, and nothing is heard.
+  private val isForced     = forced =/= 0.U
+  private val becomesTwo   = Mux(isForced, forced === 2.U, Mux(up(0) === up(1), ringGuard.next, up(0)))
+  private val becomesThree = Mux(isForced, forced === 3.U, !up(0) && up(1))
+  private val comes        = (0 to 1).map(n => level(n) || !up(n) || stuckPorts(n).next)
+  private val isTwo        = RegNext(becomesTwo, false.B)
+  private val isThree      = RegNext(becomesThree, false.B)
+  private val isOne        = !isTwo && !isThree
+  private val heard2       = RegNext(comes(1), true.B)
+  private val passes1      = RegNext(becomesThree || comes(0), true.B)
+  private val passes2      = isTwo || heard2
 
-  private val own   = drive || stuckOwn.stuck
-  private val heard = VecInit.tabulate(2)(n => r(n) || stuckPorts(n).stuck)
-  bus     := own && (isThree || heard(0)) && (isTwo || heard(1))
-  send(0) := isThree || (own && (isTwo || heard(1)))
-  send(1) := isTwo || (own && (isThree || heard(0)))
+  private val own = drive || stuckOwn.stuck
+  bus     := own && passes1 && passes2
+  send(0) := isThree || (own && passes2)
+  send(1) := isTwo || (own && passes1)
 
   ringGuard.home    := home
-  ringGuard.rests   := isForced || rests
+  ringGuard.rests   := RegNext(isForced, false.B) || rests // reset: as the register
   ringGuard.address := address
   ringGuard.coming  := up
   ringGuard.up      := isUp
   ringGuard.bus     := bus
-  ringGuard.heard2  := heard(1)
+  ringGuard.heard2  := heard2
   ringGuard.ticks   := ticks
   ringGuard.ms      := ms
 

@@ -67,11 +67,13 @@ class OpticalPort(p: FibreParams) extends Module {
   state.ms      := time.ms
   state.quarter := time.quarter
 
+  // A cycle later, as the way from the signal to the light is long. Reset: there is none.
+  private val searches = RegNext(!signal || state.tells, true.B)
   modulator.tone := Mux(
     off,
     ToneCode.Dark,
     Mux(
-      !signal || state.tells,
+      searches,
       ToneCode.Search,
       Mux(state.up && !send, ToneCode.Dominant, ToneCode.Recessive)
     )

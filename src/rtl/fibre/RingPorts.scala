@@ -103,8 +103,8 @@ class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false)
   ring.drive  := drive
   bus         := ring.bus
   ring.home   := front.control.home
-  ring.forced := RegNext(Mux(isBus, front.control.forced, 0.U), 0.U) // reset: as the register
-  ring.rests  := !isBus || !RegNext(possible, false.B)               // reset: there is none
+  ring.forced := Mux(isBus, front.control.forced, 0.U)
+  ring.rests  := !isBus || !RegNext(possible, false.B) // reset: there is none
   ring.ms     := portClock.ms
   for (r <- relay) r.address := front.control.address
   ring.address := front.control.address

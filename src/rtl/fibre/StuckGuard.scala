@@ -17,19 +17,20 @@ class StuckGuard(longest: Int) extends Module {
   val dominant  = IO(Input(Bool()))
   val recessive = IO(Input(Bool()))
 
+  /** In this cycle, and in the next one. */
   val stuck = IO(Output(Bool()))
+  val next  = IO(Output(Bool()))
 
   private val count   = Reg(UInt(3.W))         // no reset: of recessive any count will do
   private val before  = RegNext(level, true.B) // reset: recessive
   private val isStuck = RegInit(false.B)       // reset: not
   private val ticks   = Mux(level, recessive, dominant)
   private val isLast  = count === Mux(level, 3.U, longest.U)
-  when(level =/= before) { count := 0.U }
-    .elsewhen(ticks) {
-      count := ShortCounter.up(count)
-      when(isLast) { isStuck := !level }
-    }
-  stuck := isStuck
+  private val isEqual = level === before
+  when(!isEqual) { count := 0.U }.elsewhen(ticks) { count := ShortCounter.up(count) }
+  next    := Mux(isEqual && ticks && isLast, !level, isStuck)
+  isStuck := next
+  stuck   := isStuck
 }
 
 /** Tells when a condition has held for more than 1.5 T, or 0.75 T, in one go (FR-32, FB-08, FB-17). */

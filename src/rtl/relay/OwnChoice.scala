@@ -72,15 +72,14 @@ class OwnChoice(p: CanParams) extends Module {
     when(it.kept && it.begun) {
       when(!passed) { has := false.B } // then it has the identifier of `fresh`, if there is one
       when(it.sequence === nextSequence) { isFull := true.B }
-      for (p <- 0 to 1) when(it.waits(p) && !hasOld(p)) {
-        hasOld(p)   := true.B
-        old(p)      := now
-        isBehind(p) := passed
-      }
+      for (p <- 0 to 1) when(it.waits(p)) { hasOld(p) := true.B }
     }
-    when(it.kept && !it.begun && !passed && !has && !taken) {
-      has   := true.B
-      fresh := now
+    when(it.kept && !it.begun && !passed && !has && !taken) { has := true.B }
+    // What it is that there is now or may be: that this is so is known late in the cycle.
+    when(!has) { fresh := now }
+    for (p <- 0 to 1) when(!hasOld(p)) {
+      old(p)      := now
+      isBehind(p) := passed
     }
   }
   when(begins) {

@@ -194,9 +194,10 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   // that is next at a port.
   private val choice     = Module(new OwnChoice(p))
   private val asked1     = phase === Decides(1).U
-  private val asked      = Mux(asked1, choice.next(1).bits, choice.next(0).bits)
-  private val it         = RegNext(asked)  // it may begin
-  private val second     = RegNext(asked1) // at this port
+  private val chosen     = RegNext(choice.next) // it rests from the end of the walk on
+  private val asked      = Mux(asked1, chosen(1).bits, chosen(0).bits)
+  private val it         = RegNext(asked)       // it may begin
+  private val second     = RegNext(asked1)      // at this port
   private val isPending  = pending(Mux(nears.valid, nears.bits, asked.slot))
   private val isBegun    = begunMap(Mux(nears.valid, nears.bits, it.slot))
   private val listed     = entry.bits.slot
@@ -333,7 +334,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val sequence = Mux(nextIsNew, next, Mux(low >= nextLow, nextHigh - 1.U, nextHigh) ## low)
   for (q <- 0 to 1) {
     val header = leavesReg(q)
-    offer(q) := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
+    offer(q) := isAble && (lifeWaits(q) || (chosen(q).valid && isPending))
     when(down(q) && phase === Looks(0).U) { header.valid := false.B }
     when(begins(q)) {
       header.valid    := true.B

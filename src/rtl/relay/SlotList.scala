@@ -90,11 +90,12 @@ class SlotList(p: CanParams) extends Module {
 
   // The new slot, and, once it is in its place, the entry that comes by: it is written only when it is kept.
   private val held    = Reg(new Word)
-  private val isAsked = RegInit(false.B) // for the key; reset: no slot is new
+  private val isAsked = RegInit(false.B)                            // for the key; reset: no slot is new
   private val isHeld  = RegInit(false.B)
-  private val joins   = RegInit(false.B) // it is put in its place by this walk
-  private val isIn    = RegInit(false.B) // it is there
-  read.valid := append.valid && !isAsked && !isHeld
+  private val joins   = RegInit(false.B)                            // it is put in its place by this walk
+  private val isIn    = RegInit(false.B)                            // it is there
+  private val isNew   = RegNext(append.valid && !appended, false.B) // as it is known late in its cycle
+  read.valid := isNew && !isAsked && !isHeld
   read.bits  := append.bits
   isAsked    := read.valid && ready
   when(isAsked) {
@@ -109,9 +110,10 @@ class SlotList(p: CanParams) extends Module {
 
   private val isBy   = entry.valid
   private val by     = RegNext(passing)
-  private val wasBy  = RegNext(isBy, false.B)           // reset: no walk
+  private val wasBy  = RegNext(isBy, false.B) // reset: no walk
   private val isKept = RegNext(isBy && keeps, false.B)
-  private val isOver = walks && !reads && !comes && !passes && !isBy && !wasBy
+  // From the first read of a walk to the last entry there is always one under way.
+  private val isOver = walks && !comes && !passes && !isBy && !wasBy
   private val isLess = RegNext(held.key < passing.key)
   private val first  = joins && !isIn && isBy && isLess // the new slot is in front of it
   private val isLast = joins && !isIn && isOver

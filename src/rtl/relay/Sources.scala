@@ -83,8 +83,11 @@ class Sources extends Module {
     sweeps := true.B
   }
 
-  private val heard = WireDefault(place)
-  heard.heard := now
+  // What is kept of a frame. The word was there in the step before, from which the way back has no time.
+  private val distances = RegNext(place.distances)
+  private val heard     = Wire(new Place)
+  heard.heard     := now
+  heard.distances := distances
   for (p <- 0 to 1) when(it.receivedBy === p.U && it.sentBy =/= p.U) { heard.distances(p) := it.distance }
 
   // What is read in a step is there in the next one: where a source stands first, twice, for its time.

@@ -108,7 +108,7 @@ class SlotStatesProof(hasRelay: Boolean) extends Module {
   when(ends) { onWire := false.B }
   when(takes.valid) { onWire := true.B }
   dut.relay.foreach(r => when(r.drops) { onWire := false.B }) // the port stops
-  assume(!takes.valid || (!onWire && dut.pending(takes.bits) && !dut.leaving(takes.bits)))
+  assume(!takes.valid || (!onWire && dut.mayBegin(takes.bits)))
   assume(!ends || onWire)
   assume(!takes.valid || !RegNext(ends, false.B)) // an intermission is between them
   assume(!sent || ends)

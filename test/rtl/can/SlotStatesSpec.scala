@@ -16,6 +16,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
       var onWire                  = Option.empty[Int]
       var aborts                  = false          // what is on the wire
       var leaving                 = Set.empty[Int] // orders of the cycle before
+      var before                  = Set.empty[Int] // what was pending in it
       var over                 = Option.empty[(Int, Boolean)] // the attempt that was over then, well or not
       def map(slots: Set[Int]) = slots.foldLeft(BigInt(0))((m, s) => m.setBit(s))
       def some(rarely: Int)    = (0 until p.slots).filter(_ => random.nextInt(rarely) == 0).toSet
@@ -24,7 +25,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         val request = Option.when(random.nextInt(3) == 0)(random.nextInt(p.slots)).filterNot(pending)
         val abort   = if (random.nextInt(6) == 0) some(8) else Set.empty[Int]
         val clears  = Seq.fill(2)(if (random.nextInt(6) == 0) some(3) else Set.empty[Int])
-        val mayGo   = pending -- leaving -- over.map(_._1)
+        val mayGo   = (pending & before) -- leaving -- over.map(_._1)
         val takes =
           if (onWire.isEmpty && random.nextInt(3) == 0) random.shuffle(mayGo.toSeq).headOption else None
         val ends   = onWire.nonEmpty && random.nextInt(4) == 0
@@ -40,12 +41,13 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.takes.bits.poke(takes.getOrElse(random.nextInt(p.slots)))
         dut.ends.poke(ends)
         dut.sent.poke(isSent)
-        dut.leaving.expect(map(leaving))
+        dut.mayBegin.expect(map((pending & before) -- leaving))
         dut.aborted.expect(gone.nonEmpty)
         dut.ended.expect(over.nonEmpty)
         dut.clock.step()
 
         // The host first: what it clears was there before.
+        before = pending
         pending = pending -- gone -- over.map(_._1) ++ request
         sent = sent -- clears(0) -- request ++ over.collect { case (slot, true) => slot }
         failed = failed -- clears(1) -- request ++ gone ++ over.collect { case (slot, false) => slot }

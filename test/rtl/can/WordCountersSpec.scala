@@ -63,7 +63,10 @@ class WordCountersSpec extends AnyFlatSpec {
         dut.job.valid.poke(false)
         read
       }
-      def settle(): Unit = while (dut.waits.peekBoolean()) dut.clock.step()
+      def settle(): Unit = {
+        dut.clock.step() // until it is seen that something waits
+        while (dut.waits.peekBoolean()) dut.clock.step()
+      }
       def check(): Unit = {
         settle()
         for (word <- 0 until 8) {

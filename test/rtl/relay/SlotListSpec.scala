@@ -26,6 +26,7 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
     def append(slot: Int, key: Long): Unit = {
       dut.append.valid.poke(true)
       dut.append.bits.poke(slot)
+      cycle()
       dut.read.valid.expect(true, s"of slot $slot no key is read")
       dut.read.bits.expect(slot)
       while (random.nextBoolean()) cycle()
