@@ -245,8 +245,10 @@ static void refuse_messages(struct gateway *g) {
   while ((m = transport_received(&g->node.transport)) != 0) transport_take(&g->node.transport, m, true);
 }
 
+/* Frames leave at the end only, when outputs are those of this pass: what has ended does not leave as valid
+ * once more. */
 void gateway_serve(struct gateway *g) {
-  ring_node_serve(&g->node);
+  ring_node_look(&g->node);
   ring_conflict_look(&g->conflict, &g->node);
   /* Both sides are one chip: it was reset, or is there only now, and has heard nothing of the slave stack. */
   if (g->node.starts != g->starts) start_slave(g);
@@ -257,7 +259,7 @@ void gateway_serve(struct gateway *g) {
   slave_serve(&g->device.slave);
   if (!g->node.began) return;
   const uint64_t look_at = g->looked_us + LOOK_US;
-  g->node.due_us = transport_poll(&g->node.transport, g->node.now_us);
+  ring_node_poll(&g->node);
   if (look_at < g->node.due_us) g->node.due_us = look_at;
 }
 

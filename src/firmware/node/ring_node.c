@@ -119,7 +119,7 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
                                      const struct ring_node_parameters *parameters) {
   node->board = board;
   node->parameters = *parameters;
-  node->began = node->life_is_new = false;
+  node->began = node->life_is_new = node->more = false;
   node->life = 0; /* else of the program before */
   if (answers(node)) node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK;
   node->link_life = node->life;
@@ -144,16 +144,24 @@ static bool move_frames(struct ring_node *node) {
   return true;
 }
 
-void ring_node_serve(struct ring_node *node) {
-  bool more = false;
+void ring_node_look(struct ring_node *node) {
+  node->more = false;
   board_watchdog(node->board);
   look_at_time(node);
   if (!ring_node_runs(node)) node->fault = start_controller(node);
-  if (ring_node_runs(node)) more = move_frames(node);
+  if (ring_node_runs(node)) node->more = move_frames(node);
   else can_port_lose(&node->port);
+}
+
+void ring_node_poll(struct ring_node *node) {
   if (!node->began) return;
   node->due_us = transport_poll(&node->transport, node->now_us);
-  if (more) node->due_us = node->now_us; /* they make no event */
+  if (node->more) node->due_us = node->now_us; /* they make no event */
+}
+
+void ring_node_serve(struct ring_node *node) {
+  ring_node_look(node);
+  ring_node_poll(node);
 }
 
 void ring_node_wait(struct ring_node *node, uint32_t most_us) {

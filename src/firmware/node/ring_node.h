@@ -52,6 +52,7 @@ struct ring_node {
   bool life_is_new, stored; /* no start has used it yet; it is in memory */
   uint32_t starts;          /* of the controller since this program began; above 1 it was reset meanwhile */
   uint64_t now_us, due_us;
+  bool more;      /* frames are left in the controller */
   uint32_t timer; /* the board's clock, when it was last read */
   uint8_t status[TRANSPORT_HELLO_BYTES];
   struct can_port port;
@@ -65,6 +66,11 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
 /* Does what is due, without waiting. A controller that was reset meanwhile, or has come back, is set up
  * anew; messages under way go on. While there is none they end in their time, and values become old. */
 void ring_node_serve(struct ring_node *node);
+
+/* Its two halves, for a program that has to see a start of the controller before anything leaves: the first
+ * one sets up and receives, only the second one sends. */
+void ring_node_look(struct ring_node *node);
+void ring_node_poll(struct ring_node *node);
 
 /* Whether frames can be sent and received. */
 bool ring_node_runs(const struct ring_node *node);

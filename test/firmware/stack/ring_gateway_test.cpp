@@ -13,8 +13,18 @@ namespace {
 constexpr unsigned kInputs = 540, kOutputs = 516, kSlotsAt = 28, kOutputsAt = 4;
 constexpr uint8_t kOwn = 1;
 
+// The side of the slave, of a chip that may be gone: every register reads as `floating` then.
+struct Slave : Controller {
+  bool gone = false;
+  uint8_t floating = 0xff;
+  uint8_t readByte(uint16_t a) override { return gone ? floating : Controller::readByte(a); }
+  void writeByte(uint16_t a, uint8_t value) override {
+    if (!gone) Controller::writeByte(a, value);
+  }
+};
+
 struct GatewayBench {
-  Controller c;
+  Slave c;
   RingBoard ring;
   gateway g{};
   ring_node_parameters parameters{};
@@ -81,6 +91,25 @@ struct GatewayBench {
     run(us);
     return sent(node, object);
   }
+  // Process data with a valid value that have entered the port since frames were forgotten last.
+  unsigned validSent() const {
+    unsigned count = 0;
+    for (const ring_frame& f : ring.frames) {
+      const ring_id id = ring_id_of(f.id);
+      count += id.is_data && id.pipe == RING_PROCESS_DATA && f.dlc > 0;
+    }
+    return count;
+  }
+  // All 64 outputs, valid.
+  void allOutputs(uint8_t value) { outputs(1, Bytes(GATEWAY_SLOTS, value)); }
+  // The chip is reset, with both of its sides.
+  void reset() {
+    ring.memory[NODE_RING_LIFE] = ring.memory[NODE_RING_ADDRESS] = ring.memory[NODE_RING_CONTROL] = 0;
+    ring.waiting = 0;
+    for (int n = 0; n < 4; ++n) c.setActivate(n, 0), c.memory[0x0807 + 8 * n] = 0;
+    c.setWord(0x0120, AL_INIT), c.setWord(0x0130, AL_INIT);
+  }
+  void gone(bool is) { ring.gone = c.gone = is; }
   uint16_t mayWrite(uint16_t index, uint8_t subindex, uint16_t number) {
     const uint8_t bytes[] = {static_cast<uint8_t>(number), static_cast<uint8_t>(number >> 8)};
     return g.application.may_write(&g, index, subindex, bytes, 2) == 0;
@@ -256,6 +285,51 @@ void faults() {
   check("GWB-08: a reset of the chip ends in INIT", d.c.status() == AL_INIT);
   check("GW-03: and outputs are not valid", d.sentIn(100'000, 2) == Sent{{0, 0}});
 }
+
+// In whatever moment the chip loses what it had, of outputs before nothing leaves behind it.
+void resets() {
+  GatewayBench b;
+  unsigned old = 0, states = 0, again = 0;
+  for (unsigned ms = 1; ms <= 101; ++ms) {
+    b.op(), b.ring.frames.clear();
+    b.allOutputs(5), b.run(ms * 1000 - 100);
+    again += b.sent(2, 0).front() == std::make_pair(8u, 5u);
+    b.reset(), b.ring.frames.clear(), b.run(1000);
+    states += b.c.status() == AL_INIT;
+    old += b.validSent() + (b.sent(2, 0) != Sent{{0, 0}});
+  }
+  check("GWB-08: a reset in any millisecond ends in INIT", states == 101);
+  check("GW-03, GWB-08: no output of before leaves as valid behind it", old == 0);
+  check("GW-03, GWB-08: outputs are valid again in OP", again == 101);
+}
+
+void outages(uint8_t floating, unsigned ms) {
+  const std::string what = std::to_string(ms) + " ms, registers read as " + (floating ? "ones" : "zeros");
+  GatewayBench b;
+  b.ring.floating = b.c.floating = floating;
+  b.op(), b.allOutputs(5), b.run(2000);
+  b.gone(true), b.ring.frames.clear(), b.run(ms * 1000);
+  b.reset(), b.gone(false), b.run(300'000);
+  check("GW-03, GWB-08: away for " + what + ": no output of before leaves as valid", b.validSent() == 0);
+  check("GWB-08: it ends in INIT", b.c.status() == AL_INIT && b.sent(2, 0).size() >= 3);
+  b.safeOp(), b.allOutputs(6), b.run(100'000);
+  check("GW-03, GWB-08: valid outputs in SAFEOP are none, neither", b.validSent() == 0);
+  b.request(AL_OP), b.run(2000);
+  check("GW-03, GWB-08: in OP they are", b.sent(2, 0).back() == std::make_pair(8u, 6u));
+}
+
+// What ends outputs comes in the pass in which they are due.
+void endsWhenDue() {
+  for (bool watchdog : {true, false}) {
+    GatewayBench b;
+    b.op(), b.allOutputs(5), b.run(99'900), b.ring.frames.clear();
+    if (watchdog) b.c.expireWatchdog();
+    else b.c.control(AL_SAFEOP);
+    b.run(2000);
+    check("GW-03: no value of before leaves as valid in the pass of its end",
+          b.validSent() == 0 && b.sent(2, 0) == Sent{{0, 0}});
+  }
+}
 }  // namespace
 
 void testRingGateway() {
@@ -265,4 +339,8 @@ void testRingGateway() {
   outputs();
   tables();
   faults();
+  resets();
+  for (uint8_t floating : {0x00, 0xff})
+    for (unsigned ms : {20u, 120u, 500u}) outages(floating, ms);
+  endsWhenDue();
 }
