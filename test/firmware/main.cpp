@@ -9,6 +9,7 @@ void testPanel();
 void testLog();
 void testGateway();
 void testRingNode();
+void testCanPort();
 
 int main() {
   testAscon();
@@ -19,6 +20,7 @@ int main() {
   testLog();
   testGateway();
   testRingNode();
+  testCanPort();
   std::printf("%d wrong\n", failures);
   return failures > 0;
 }

@@ -57,10 +57,24 @@ static uint32_t joins(const struct can_port_config *config) {
   return config->bridge ? NODE_CAN_F_BRIDGE_MASK : 0;
 }
 
+/* An earlier start may have used it: then it would go on, and its bridge fill slots that are the host's now.
+ * Without such a port its control reads as 0. */
+static void stop_pair(struct board *board) {
+  if (read_number(board, NODE_CAN_T_CONTROL, 1) == 0) return;
+  write_number(board, NODE_CAN_T_CONTROL, 1, 0);
+  write_number(board, NODE_CAN_T_COMMAND, 1, NODE_CAN_T_ABORT_ALL_MASK);
+}
+
+/* Of an earlier start: the host would receive all that it takes. */
+static bool forgets_bridge(struct board *board) {
+  const uint32_t entry = read_number(board, NODE_CAN_F_FILTERN(BRIDGE_FILTER), 4);
+  return (entry & NODE_CAN_F_FILTERN_IN_USE_MASK) == 0 ||
+         bridge_filter(board, NODE_CAN_F_FILTERN(0), false);
+}
+
 static bool starts_pair(struct board *board, const struct can_port_config *config) {
   const uint32_t prescaler = divide(config->core_mhz, config->pair_kbps * (uint32_t)QUANTA);
   const uint32_t control = NODE_CAN_T_RUN_MASK | NODE_CAN_T_RECOVER_ITSELF_MASK | joins(config);
-  write_number(board, NODE_CAN_T_CONTROL, 1, 0);
   write_number(board, NODE_CAN_T_COMMAND, 1, NODE_CAN_T_ABORT_ALL_MASK);
   return prescaler != 0 && prescaler <= PRESCALER_MAX && config->pair_kbps <= KBPS_MAX &&
          bridge_filter(board, NODE_CAN_T_FILTERN(0), config->bridge) &&
@@ -97,6 +111,7 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
       config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
     return false;
 
+  stop_pair(board);
   /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. Who is
    * `home` stays so: written anew it would open the ring (FB-05), which may be open elsewhere. */
   const uint32_t home = config->home && !relay ? NODE_RING_HOME_MASK : 0;
@@ -114,8 +129,10 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
     write_number(board, NODE_CAN_F_RX_RELEASE, 1, 1);
 
   port->works = filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
-                number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
-                (config->pair_kbps == 0 || starts_pair(board, config)) &&
+                number_holds(board, NODE_RING_ADDRESS, 1, config->address) && forgets_bridge(board);
+  /* Once more: the bridge may have been at the last frame of the pair when that was stopped. */
+  write_number(board, NODE_CAN_F_COMMAND, 1, NODE_CAN_F_ABORT_ALL_MASK);
+  port->works = port->works && (config->pair_kbps == 0 || starts_pair(board, config)) &&
                 (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
   return port->works;
 }
