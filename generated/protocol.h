@@ -160,6 +160,7 @@ enum protocol_ring_status {
   PROTOCOL_RING_STATUS_ALONE =              8,      /* no port of the gateway is up */
   /* messages wait for the server that has not taken the earlier ones */
   PROTOCOL_RING_STATUS_FULL =               16,
+  PROTOCOL_RING_STATUS_BUSY =               32,     /* no fault: it takes urgent messages only */
 };
 
 /* Commands of EtherCAT datagrams. */

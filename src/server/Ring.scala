@@ -1,7 +1,7 @@
 package flyframe.server
 
 import java.time.Instant
-import flyframe.protocol.RingPart
+import flyframe.protocol.{RingPart, RingStatus}
 
 /** A node of a ring, as its gateway has told of it (GW-04).
   *
@@ -83,6 +83,9 @@ final case class Ring(
     stored: Option[Long] = None,
     gaps: Vector[(Long, Long)] = Vector.empty
 ) {
+
+  /** Its gateway takes urgent messages only: it has one place left. */
+  def isBusy: Boolean = (status & RingStatus.Busy) != 0
 
   /** With what a part says of nodes and ring. */
   def told(kind: Int, source: Int, data: Seq[Byte]): Ring = kind match {

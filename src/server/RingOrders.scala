@@ -95,14 +95,16 @@ final class RingOrders(timeoutMs: Int) {
     *
     * @param taken
     *   counter of the last one that the gateway has taken
+    * @param isBusy
+    *   it takes urgent ones only: a normal one that has left would stop these, since it keeps its counter
     */
-  def next(taken: Long, nowMs: Long): Option[RingOrder] = {
+  def next(taken: Long, isBusy: Boolean, nowMs: Long): Option[RingOrder] = {
     for (o <- orders if o.mayBeTaken && o.counter.exists(_ <= taken))
       update(o.id)(_.copy(taken = true, sinceMs = nowMs))
     val underWay = orders.filter(o => o.taken && o.outcome.isEmpty)
     val mayLeave = orders.filter(o =>
       o.outcome.isEmpty && o.counter.isEmpty && !underWay.exists(_.destination == o.destination) &&
-        underWay.size < (if (o.urgent) GatewayPlaces else GatewayPlaces - 1)
+        (if (o.urgent) underWay.size < GatewayPlaces else !isBusy && underWay.size < GatewayPlaces - 1)
     )
     orders
       .find(_.mayBeTaken)

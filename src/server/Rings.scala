@@ -92,7 +92,7 @@ final class Rings(
     (id, address) <- from.toSeq
     r             <- rings.get(id).toSeq if !isSilent(r.heardMs)
     life          <- r.life.toSeq
-    order         <- ordersOf(id).next(taken(id), clockMs()).toSeq
+    order         <- ordersOf(id).next(taken(id), r.isBusy, clockMs()).toSeq
   } yield (life, address, order)
 
   /** True if a gateway has become silent since the last time, or a message was given up. */

@@ -154,8 +154,13 @@ struct Bench {
          i < 50 && (server.reports.count > 0 || get(last(), PROTOCOL_RING_REPORT_SERVER_AT, 8) == 0); ++i)
       acknowledge(), run(5);
   }
-  Bytes order(uint64_t counter, uint8_t destination, const Bytes& data, const uint8_t* key = kKey) {
+  Bytes urgent(uint64_t counter, uint8_t destination, const Bytes& data) {
+    return order(counter, destination, data, kKey, PROTOCOL_RING_FLAG_URGENT);
+  }
+  Bytes order(uint64_t counter, uint8_t destination, const Bytes& data, const uint8_t* key = kKey,
+              uint8_t flags = 0) {
     Bytes o(PROTOCOL_RING_SEND_BYTES);
+    put(o, PROTOCOL_RING_SEND_FLAGS_AT, flags, 1);
     put(o, PROTOCOL_RING_SEND_MAGIC_AT, PROTOCOL_MAGIC, 2),
         put(o, PROTOCOL_RING_SEND_VERSION_AT, PROTOCOL_VERSION, 1);
     put(o, PROTOCOL_RING_SEND_KIND_AT, PROTOCOL_KIND_SEND, 1),
@@ -557,17 +562,34 @@ void testOrders() {
                                                   result(4) == PROTOCOL_RING_RESULT_REFUSED &&
                                                   result(5) == PROTOCOL_RING_RESULT_REFUSED);
   b.settle();
-  for (uint8_t i = 0; i < 6; ++i) b.orders(b.order(6 + i, static_cast<uint8_t>(2 + i), {i}));
-  check("GW-06: a fifth one under way is not taken", b.taken() == 9);
+  const auto isBusy = [&] {
+    return (b.last().at(PROTOCOL_RING_REPORT_STATUS_AT) & PROTOCOL_RING_STATUS_BUSY) != 0;
+  };
+  for (uint8_t i = 0; i < 2; ++i) b.orders(b.order(6 + i, static_cast<uint8_t>(2 + i), {i}));
+  check("GWB-10: two places are left: nothing is told of them", b.taken() == 7 && !isBusy());
+  for (uint8_t i = 2; i < 4; ++i) b.orders(b.order(6 + i, static_cast<uint8_t>(2 + i), {i}));
+  check("GW-06, GWB-10: the last place is for no normal one", b.taken() == 8 && sent(5) == 0);
+  bool isTold = true;
+  for (const Bytes& d : b.at.datagrams)
+    if (get(d, PROTOCOL_RING_REPORT_TAKEN_AT, 4) == 8)
+      isTold = isTold && (d.at(PROTOCOL_RING_REPORT_STATUS_AT) & PROTOCOL_RING_STATUS_BUSY);
+  check("GWB-10: with the message that takes the place before it the report tells of that", isTold);
+  b.orders(b.urgent(9, 5, {3}));
+  check("GW-06, GWB-10: it is for an urgent one", b.taken() == 9 && sent(5) == 1);
+  b.orders(b.urgent(10, 6, {4}));
+  check("GW-06: a fifth one under way is not taken", b.taken() == 9 && sent(6) == 0);
   b.at.comes({false, 1, false, 4, RING_DONE, 0, true}, {0, b.server.node.life, 3, 1});
   b.run(10);
   b.orders(b.order(10, 6, {4}));
+  check("GW-06, GWB-10: the place that becomes free is the last one again", b.taken() == 9);
+  b.orders(b.urgent(10, 6, {4}));
   check("GW-06: it is when another one has ended",
-        b.taken() == 10 && result(8) == PROTOCOL_RING_RESULT_REFUSED);
+        b.taken() == 10 && sent(6) == 1 && result(8) == PROTOCOL_RING_RESULT_REFUSED);
   b.run(3000);
   b.settle();
   check("GW-06: what no node answers ends as not confirmed",
         result(6) == PROTOCOL_RING_RESULT_NOT_CONFIRMED && result(9) == PROTOCOL_RING_RESULT_NOT_CONFIRMED);
+  check("GWB-10: places are free again", !isBusy());
 }
 
 // The server cannot write its log: it acknowledges nothing, and goes on sending messages.
@@ -613,7 +635,8 @@ void testBusy() {
   b.start();
   for (uint8_t n = 2; n <= 9; ++n) b.hello(n);
   b.run(120), b.settle();
-  for (uint32_t i = 1; i <= 4; ++i) b.orders(b.order(i, 3, {static_cast<uint8_t>(i)}));
+  for (uint32_t i = 1; i <= 3; ++i) b.orders(b.order(i, 3, {static_cast<uint8_t>(i)}));
+  b.orders(b.urgent(4, 3, {4}));
   const auto seconds = [&](int count) {
     for (int i = 0; i < 10 * count; ++i) {
       for (uint8_t pipe = 0; pipe < 4; ++pipe)
@@ -730,6 +753,16 @@ void testNumbers() {
   }
 }
 
+// What is left in the FIFO makes no event.
+void testMore() {
+  Bench b;
+  b.start(), b.run(120), b.settle();
+  for (uint8_t n = 2; n < 80; ++n) b.hello(n);
+  b.at.now += 500, ring_server_serve(&b.server);
+  check("GW-04: frames left in the controller are not waited for",
+        !b.at.fifo.empty() && b.server.node.due_us <= b.server.node.now_us);
+}
+
 void testStart() {
   Bench b;
   b.at.randomFails = -1;
@@ -799,6 +832,7 @@ void testGateway() {
   testBusy();
   testToNobody();
   testNumbers();
+  testMore();
   testStart();
   testNonsense();
 }

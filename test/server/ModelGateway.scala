@@ -40,6 +40,9 @@ final class ModelGateway(
   /** Whether the node of a message answers, so that there is a result. */
   var answers: RingSend => Boolean = _ => true
 
+  /** Bits of `RingStatus`. */
+  var status = 0
+
   def waiting: Int = kept.size
 
   def happen(parts: Part*): Unit = kept ++= parts
@@ -75,7 +78,7 @@ final class ModelGateway(
     counter += 1
     knownThen(counter) = known
     var parts = kept.toVector
-    def made  = RingProtocol.encode(RingReport(life, known, counter, first, taken, 0, parts), key)
+    def made  = RingProtocol.encode(RingReport(life, known, counter, first, taken, status, parts), key)
     while (made.length > RingProtocol.MostBytes) parts = parts.init
     send(made)
   }

@@ -5,7 +5,7 @@ import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
-import flyframe.protocol.{RingPart, RingResult}
+import flyframe.protocol.{RingPart, RingResult, RingStatus}
 
 /** The server with rings: a whole one on loopback, and gateways that the test plays. */
 class RingServerSpec extends AnyFlatSpec {
@@ -345,7 +345,7 @@ class RingServerSpec extends AnyFlatSpec {
     val o                           = new RingOrders(1000)
     def add(node: Int, ms: Long)    = o.add(node, urgent = false, Vector(1, 2), ms, now).isRight
     def ends                        = o.all.map(_.outcome.fold("")(_.fold(identity, _ => "done")))
-    def next(taken: Long, ms: Long) = o.next(taken, ms).map(m => (m.counter.get, m.destination))
+    def next(taken: Long, ms: Long) = o.next(taken, isBusy = false, ms).map(m => (m.counter.get, m.destination))
     val noResult                    = "not confirmed: no result has come in time"
     assert(add(3, 0) && add(3, 0) && add(4, 0))
     assert(next(7, 0).contains((8, 3)) && next(7, 100).isEmpty && next(7, 200).contains((8, 3)))
@@ -382,7 +382,8 @@ class RingServerSpec extends AnyFlatSpec {
   "GWB-10: urgent messages to a ring" should "leave first, and have a place while three nodes are busy" in {
     val o                               = new RingOrders(1000)
     def add(node: Int, urgent: Boolean) = o.add(node, urgent, Vector(1), 0, Instant.EPOCH).isRight
-    def next(taken: Long)               = o.next(taken, 0).map(m => (m.counter.get, m.destination))
+    def next(taken: Long, isBusy: Boolean = false) =
+      o.next(taken, isBusy, 0).map(m => (m.counter.get, m.destination))
     for (node <- 2 to 6) assert(add(node, urgent = false))
     assert(add(7, urgent = true))
     assert(next(0).contains((1, 7)) && next(1).contains((2, 2)) && next(2).contains((3, 3)))
@@ -395,6 +396,28 @@ class RingServerSpec extends AnyFlatSpec {
     o.told(4, RingResult.Delivered)
     assert(next(5).contains((6, 4)) && next(6).isEmpty)
   }
+
+  it should "find that place also when the server has restarted, and knows of none of the three" in
+    withServer() { server =>
+      val page = new PageClient(server)
+      def post(node: Int, urgent: Boolean) =
+        page.post("api/ring", s"""{"ring": 7, "node": $node, "text": "x", "urgent": $urgent}""").statusCode
+      def until(done: => Boolean, g: ModelGateway) = eventually("the messages are taken") {
+        g.report()
+        g.listen(10)
+        done
+      }
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+        g.status = RingStatus.Busy
+        g.settle()
+        assert(post(3, urgent = false) == 202 && post(4, urgent = true) == 202)
+        until(g.sends.map(_.destination) == Seq(4), g)
+        for (_ <- 1 to 30) { g.report(); g.listen(10) } // longer than between two sendings
+        assert(g.sends.map(_.destination) == Seq(4))
+        g.status = 0
+        until(g.sends.map(_.destination) == Seq(4, 3), g)
+      }
+    }
 
   "GW-07: a break" should "be told by its two ends" in {
     assert(RingText.ends(None) == "ring whole")

@@ -171,13 +171,14 @@ object RingResult extends Codes("ring_result", "How a message of the server has 
   val NotConfirmed = code(2, "not_confirmed", "its node has not said that it has it")
 }
 
-/** Bits of the status of a gateway of a ring: each of them is a fault. */
+/** Bits of the status of a gateway of a ring: each of them is a fault, but the last one. */
 object RingStatus extends Codes("ring_status", "Bits of the status of a gateway of a ring") {
   val Controller = code(1, "controller", "the controller does not answer, or does not hold its settings")
   val Storage    = code(2, "storage", "the memory of the host does not work")
   val Conflict   = code(4, "conflict", "another node has the address of the gateway")
   val Alone      = code(8, "alone", "no port of the gateway is up")
   val Full       = code(16, "full", "messages wait for the server that has not taken the earlier ones")
+  val Busy       = code(32, "busy", "no fault: it takes urgent messages only")
 }
 
 /** A gateway reports of its ring (GW-04): this, then its parts, each a [[RingPartLayout]] and its data, then

@@ -150,7 +150,14 @@ static void tell_result(struct ring_server *s, uint32_t counter, uint8_t result)
   ring_reports_add(&s->reports, &part);
 }
 
-/* One for which there is no place is not taken: the server sends it again. */
+static unsigned free_orders(const struct ring_server *s) {
+  unsigned count = 0;
+  for (uint16_t i = 0; i < RING_SERVER_ORDERS; ++i) count += !s->orders[i].used;
+  return count;
+}
+
+/* One for which there is no place is not taken: the server sends it again. The last one is for urgent ones,
+ * also if the server does not know of the others, since it has restarted. */
 static void take_order(struct ring_server *s, const struct ring_order *order) {
   if (order->destination == s->parameters.node.address || order->destination > RING_LAST_ADDRESS ||
       order->length == 0 || order->length > RING_SERVER_ORDER_BYTES) {
@@ -159,6 +166,7 @@ static void take_order(struct ring_server *s, const struct ring_order *order) {
     tell_result(s, order->counter, PROTOCOL_RING_RESULT_REFUSED);
     return;
   }
+  if (!order->urgent && free_orders(s) <= 1) return;
   for (uint16_t i = 0; i < RING_SERVER_ORDERS; ++i) {
     struct ring_server_order *place = &s->orders[i];
     if (place->used) continue;
@@ -231,6 +239,7 @@ static uint8_t status_of(const struct ring_server *s) {
   if (s->node.status[0] & NODE_RING_ALONE_MASK) status |= PROTOCOL_RING_STATUS_ALONE;
   if (ring_reports_free(&s->reports) < PARTS_OF_MESSAGE + PARTS_FOR_OTHERS)
     status |= PROTOCOL_RING_STATUS_FULL;
+  if (free_orders(s) <= 1) status |= PROTOCOL_RING_STATUS_BUSY;
   return status;
 }
 
@@ -281,7 +290,7 @@ void ring_server_serve(struct ring_server *s) {
   send(s);
   if (s->looked_us + look_us(s) < s->due_us) s->due_us = s->looked_us + look_us(s);
   /* What the server has acknowledged is to be told to the senders. */
-  s->node.due_us = transport_poll(&s->node.transport, s->node.now_us);
+  ring_node_poll(&s->node);
 }
 
 void ring_server_wait(struct ring_server *s, uint32_t most_us) {
