@@ -1809,6 +1809,7 @@ module ProtocolEngine(
   wire        maySend = mode_loopBack | ~mode_listenOnly;
   reg         mayCount;
   reg         wasLooped;
+  reg         mayRecover;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
   wire        isGood = sampled & ~_outlook_meaning_verdict_error;
@@ -1827,6 +1828,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  reg         ordered_REG;
   wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
@@ -1846,7 +1848,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
+  wire        goesOn = inBusOff & (recovers | mayRecover);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
@@ -1882,6 +1884,7 @@ module ProtocolEngine(
       pinLevel <= 1'h1;
       hardBit <= 1'h1;
       isStuff <= 1'h0;
+      ordered_REG <= 1'h0;
       comes <= 1'h1;
     end
     else begin
@@ -1929,7 +1932,7 @@ module ProtocolEngine(
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
       attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
+      recovers <= ~recovered & (ordered_REG & _counters_busOffNext | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -1943,6 +1946,7 @@ module ProtocolEngine(
                          : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
+      ordered_REG <= recover;
       comes <= ~mode_run | levelNext;
     end
   end // always @(posedge, posedge)
@@ -2003,6 +2007,7 @@ module ProtocolEngine(
     crcWrong <= |crc;
     mayCount <= maySend;
     wasLooped <= mode_loopBack;
+    mayRecover <= mode_recoverItself;
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
@@ -3397,7 +3402,6 @@ module CanPort(
   wire [3:0]  _timing_setting_tseg2;
   wire [5:0]  _timing_setting_tseg1;
   wire [10:0] _timing_setting_prescaler;
-  wire        _timing_threeSamples;
   wire        _timing_heard;
   wire        _timing_hard;
   wire        _timing_dominant;
@@ -3411,6 +3415,7 @@ module CanPort(
   wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible;
   reg  [6:0]  bit_bits_quanta_REG;
+  reg         mode_threeSamples;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -3433,6 +3438,7 @@ module CanPort(
     if (reset) begin
       impossible_wasNever <= 1'h1;
       impossible_REG <= 1'h1;
+      mode_threeSamples <= 1'h0;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -3450,6 +3456,7 @@ module CanPort(
         _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
         & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
       impossible_REG <= _impossible_T;
+      mode_threeSamples <= _front_control_threeSamples;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -3473,7 +3480,6 @@ module CanPort(
   assign _timing_setting_tseg2 = _front_timing_tseg2;
   assign _timing_setting_tseg1 = _front_timing_tseg1;
   assign _timing_setting_prescaler = _front_timing_prescaler;
-  assign _timing_threeSamples = _front_control_threeSamples;
   assign _timing_heard = mode_loopBack ? _engine_level : rx & (_engine_level | ~(mode_listenOnly & ~mode_loopBack));
   assign _timing_dominant = ~_engine_level;
   BitTiming timing (
@@ -3483,7 +3489,7 @@ module CanPort(
     .setting_tseg2     (_timing_setting_tseg2),
     .setting_tseg1     (_timing_setting_tseg1),
     .setting_prescaler (_timing_setting_prescaler),
-    .threeSamples      (_timing_threeSamples),
+    .threeSamples      (mode_threeSamples),
     .run               (engine_mode_run_REG),
     .heard             (_timing_heard),
     .hard              (_timing_hard),

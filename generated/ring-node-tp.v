@@ -1840,6 +1840,7 @@ module ProtocolEngine(
   wire        maySend = mode_loopBack | ~mode_listenOnly;
   reg         mayCount;
   reg         wasLooped;
+  reg         mayRecover;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
   wire        isGood = sampled & ~_outlook_meaning_verdict_error;
@@ -1858,6 +1859,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  reg         ordered_REG;
   wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
@@ -1877,7 +1879,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
+  wire        goesOn = inBusOff & (recovers | mayRecover);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
@@ -1913,6 +1915,7 @@ module ProtocolEngine(
       pinLevel <= 1'h1;
       hardBit <= 1'h1;
       isStuff <= 1'h0;
+      ordered_REG <= 1'h0;
       comes <= 1'h1;
     end
     else begin
@@ -1960,7 +1963,7 @@ module ProtocolEngine(
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
       attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
+      recovers <= ~recovered & (ordered_REG & _counters_busOffNext | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -1974,6 +1977,7 @@ module ProtocolEngine(
                          : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
+      ordered_REG <= recover;
       comes <= ~mode_run | levelNext;
     end
   end // always @(posedge, posedge)
@@ -2034,6 +2038,7 @@ module ProtocolEngine(
     crcWrong <= |crc;
     mayCount <= maySend;
     wasLooped <= mode_loopBack;
+    mayRecover <= mode_recoverItself;
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
@@ -3702,7 +3707,6 @@ module CanPort(
   wire [3:0]  _timing_setting_tseg2;
   wire [5:0]  _timing_setting_tseg1;
   wire [10:0] _timing_setting_prescaler;
-  wire        _timing_threeSamples;
   wire        _timing_heard;
   wire        _timing_hard;
   wire        _timing_dominant;
@@ -3716,6 +3720,7 @@ module CanPort(
   wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible & ~relay_on;
   reg  [6:0]  bit_bits_quanta_REG;
+  reg         mode_threeSamples;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -3741,6 +3746,7 @@ module CanPort(
   wire [1:0]  state = runs ? (_engine_busOff ? 2'h3 : _engine_passive ? 2'h2 : 2'h1) : 2'h0;
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
+  reg         isOwn_r;
   wire        bridgeFrom_ready_0 = ~host_req | host_write | _front_host_ack;
   reg  [15:0] relay_abort_REG;
   wire        _impossible_T = _front_timing_tseg1 == 6'h0;
@@ -3748,6 +3754,7 @@ module CanPort(
     if (reset) begin
       impossible_wasNever <= 1'h1;
       impossible_REG <= 1'h1;
+      mode_threeSamples <= 1'h0;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -3767,6 +3774,7 @@ module CanPort(
         _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
         & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
       impossible_REG <= _impossible_T;
+      mode_threeSamples <= _front_control_threeSamples;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -3788,12 +3796,13 @@ module CanPort(
     if (_timing_sample_valid & _engine_events_stamps)
       sofTime <= time_0;
     states_oneShot_REG <= mode_oneShot;
+    if (_engine_events_received)
+      isOwn_r <= _engine_sending;
   end // always @(posedge)
   assign _timing_setting_sjw = _front_timing_sjw;
   assign _timing_setting_tseg2 = _front_timing_tseg2;
   assign _timing_setting_tseg1 = _front_timing_tseg1;
   assign _timing_setting_prescaler = _front_timing_prescaler;
-  assign _timing_threeSamples = _front_control_threeSamples;
   assign _timing_heard = mode_loopBack ? _engine_level : rx & (_engine_level | ~(mode_listenOnly & ~mode_loopBack));
   assign _timing_dominant = ~_engine_level;
   BitTiming timing (
@@ -3803,7 +3812,7 @@ module CanPort(
     .setting_tseg2     (_timing_setting_tseg2),
     .setting_tseg1     (_timing_setting_tseg1),
     .setting_prescaler (_timing_setting_prescaler),
-    .threeSamples      (_timing_threeSamples),
+    .threeSamples      (mode_threeSamples),
     .run               (engine_mode_run_REG),
     .heard             (_timing_heard),
     .hard              (_timing_hard),
@@ -4204,7 +4213,7 @@ module CanPort(
   assign relay_busy = bridgeFrom_busy;
   assign bridgeFrom_taken_valid =
     _fifo_accept_T_1 & (|(_fifo_second_T_4[12:11])) & ~(_fifo_second_T_4[12]) & _front_control_bridge
-    & ~(_front_control_loopBack & ~relay_on);
+    & ~(isOwn_r & ~relay_on);
   assign bridgeFrom_ready = bridgeFrom_ready_0;
   assign bridgeFrom_data = _fifo_data;
   assign bridgeInto_pending = _states_pending[15:8];
@@ -4564,6 +4573,7 @@ module ProtocolEngine_1(
   wire        maySend = mode_loopBack | ~mode_listenOnly;
   reg         mayCount;
   reg         wasLooped;
+  reg         mayRecover;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
   wire        isGood = sampled & ~_outlook_meaning_verdict_error;
@@ -4582,6 +4592,7 @@ module ProtocolEngine_1(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  reg         ordered_REG;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
   wire        _events_stamps_T_3 = place_field == 5'hF;
@@ -4600,7 +4611,7 @@ module ProtocolEngine_1(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
+  wire        goesOn = inBusOff & (recovers | mayRecover);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_1 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
@@ -4643,6 +4654,7 @@ module ProtocolEngine_1(
       pinLevel <= 1'h1;
       hardBit <= 1'h1;
       isStuff <= 1'h0;
+      ordered_REG <= 1'h0;
       comes <= 1'h1;
     end
     else begin
@@ -4692,7 +4704,7 @@ module ProtocolEngine_1(
         & (sampled ? ~_GEN_4 & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
       attempts <= mode_run & (_GEN_0 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
+      recovers <= ~recovered & (ordered_REG & _counters_busOffNext | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -4706,6 +4718,7 @@ module ProtocolEngine_1(
                          : sampled ? (_GEN_2 ? 5'h0 : _GEN_1 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
+      ordered_REG <= recover;
       comes <= ~mode_run | levelNext;
     end
   end // always @(posedge, posedge)
@@ -4767,6 +4780,7 @@ module ProtocolEngine_1(
     crcWrong <= |crc;
     mayCount <= maySend;
     wasLooped <= mode_loopBack;
+    mayRecover <= mode_recoverItself;
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
@@ -5491,7 +5505,6 @@ module CanPort_1(
   wire [3:0]  _timing_setting_tseg2;
   wire [5:0]  _timing_setting_tseg1;
   wire [10:0] _timing_setting_prescaler;
-  wire        _timing_threeSamples;
   wire        _timing_heard;
   wire        _timing_hard;
   wire        _timing_dominant;
@@ -5503,6 +5516,7 @@ module CanPort_1(
   reg         impossible_REG;
   wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible;
+  reg         mode_threeSamples;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -5524,12 +5538,14 @@ module CanPort_1(
   wire [1:0]  state = runs ? (_engine_busOff ? 2'h3 : _engine_passive ? 2'h2 : 2'h1) : 2'h0;
   reg  [1:0]  events_state_REG;
   reg         events_state_REG_1;
+  reg         isOwn;
   wire        bridgeFrom_ready_0 = ~host_req | host_write | _front_host_ack;
   wire        _impossible_T = _front_timing_tseg1 == 6'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       impossible_wasNever <= 1'h1;
       impossible_REG <= 1'h1;
+      mode_threeSamples <= 1'h0;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -5549,6 +5565,7 @@ module CanPort_1(
         | _front_timing_prescaler == 11'h0 & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1
         & _impossible_T;
       impossible_REG <= _impossible_T;
+      mode_threeSamples <= _front_control_threeSamples;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -5568,12 +5585,13 @@ module CanPort_1(
     if (_timing_sample_valid & _engine_events_stamps)
       sofTime <= time_0;
     states_oneShot_REG <= mode_oneShot;
+    if (_engine_events_received)
+      isOwn <= _engine_sending;
   end // always @(posedge)
   assign _timing_setting_sjw = _front_timing_sjw;
   assign _timing_setting_tseg2 = _front_timing_tseg2;
   assign _timing_setting_tseg1 = _front_timing_tseg1;
   assign _timing_setting_prescaler = _front_timing_prescaler;
-  assign _timing_threeSamples = _front_control_threeSamples;
   assign _timing_heard = mode_loopBack ? _engine_level : rx & (_engine_level | ~(mode_listenOnly & ~mode_loopBack));
   assign _timing_dominant = ~_engine_level;
   BitTiming timing (
@@ -5583,7 +5601,7 @@ module CanPort_1(
     .setting_tseg2     (_timing_setting_tseg2),
     .setting_tseg1     (_timing_setting_tseg1),
     .setting_prescaler (_timing_setting_prescaler),
-    .threeSamples      (_timing_threeSamples),
+    .threeSamples      (mode_threeSamples),
     .run               (engine_mode_run_REG),
     .heard             (_timing_heard),
     .hard              (_timing_hard),
@@ -5908,7 +5926,7 @@ module CanPort_1(
   assign events_state = state != events_state_REG | _engine_warning != events_state_REG_1;
   assign events_busError = _engine_events_error_valid;
   assign events_overrun = _fifo_drops;
-  assign bridgeFrom_taken_valid = _fifo_accept_T & _filter_entry[3] & _front_control_bridge & ~_front_control_loopBack;
+  assign bridgeFrom_taken_valid = _fifo_accept_T & _filter_entry[3] & _front_control_bridge & ~isOwn;
   assign bridgeFrom_ready = bridgeFrom_ready_0;
   assign bridgeFrom_data = _fifo_data;
   assign bridgeInto_pending = _states_pending[15:8];
@@ -6471,7 +6489,10 @@ module TransitLists(
   wire [35:0] _ram_writeData;
   wire [5:0]  _ram_readAddress;
   wire [35:0] _ram_readData;
-  reg  [35:0] got_r;
+  reg         hasMet;
+  reg  [3:0]  metSlot;
+  reg  [3:0]  got_slot;
+  reg  [31:0] got_key;
   reg  [3:0]  firsts_0;
   reg  [3:0]  firsts_1;
   reg  [3:0]  sizes_0;
@@ -6497,11 +6518,13 @@ module TransitLists(
   reg  [3:0]  seenAt;
   wire [3:0]  _GEN = of ? knowns_1 : knowns_0;
   wire        isKnown = seenAt < _GEN;
-  wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, got_r[31:0]};
+  wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, got_key};
   wire        shifts = sees & (moves | ~isKnown | _isLess_T_1[32]);
   reg         sees_REG;
-  wire        _GEN_0 = ranks | removes;
   reg         r;
+  wire        _GEN_0 = ranks | removes;
+  wire        meets = removes & sees & of == out;
+  reg         r_1;
   wire [3:0]  _size_output = out ? sizes_1 : sizes_0;
   wire [3:0]  _known_output = out ? knowns_1 : knowns_0;
   reg         outThen;
@@ -6518,17 +6541,108 @@ module TransitLists(
   wire        isFree = writing[5] & ~sees & ~take;
   wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
   wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
-  wire        _GEN_2 = isThere | shifts;
+  wire        ends = sees & got_slot == sought;
+  wire        _GEN_2 = ends & isCounted;
+  wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
+  wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
+  wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
+  wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
+  wire        _GEN_3 = take & ~outThen;
+  wire        _GEN_4 = take & outThen;
+  wire [3:0]  _firsts_T_2 = _GEN_1 + 4'h1;
+  wire [3:0]  _sizes_T_4 = sizeThen - 4'h1;
+  wire [3:0]  _knowns_T_6 = knownThen - {3'h0, |knownThen};
+  wire        _GEN_5 = _GEN_2 & ~of;
+  wire        _GEN_6 = _GEN_2 & of;
+  always @(posedge clock or posedge reset) begin
+    if (reset) begin
+      hasMet <= 1'h0;
+      firsts_0 <= 4'h0;
+      firsts_1 <= 4'h0;
+      sizes_0 <= 4'h0;
+      sizes_1 <= 4'h0;
+      knowns_0 <= 4'h0;
+      knowns_1 <= 4'h0;
+      leavings_0 <= 4'h8;
+      leavings_1 <= 4'h8;
+      writing <= 6'h0;
+      walks <= 1'h0;
+      sees <= 1'h0;
+      sees_REG <= 1'h0;
+    end
+    else begin
+      hasMet <= meets;
+      if (_GEN_3) begin
+        firsts_0 <= _firsts_T_2;
+        leavings_0 <= first_REG;
+      end
+      if (_GEN_4) begin
+        firsts_1 <= _firsts_T_2;
+        leavings_1 <= first_REG;
+      end
+      if (drop_0) begin
+        sizes_0 <= 4'h0;
+        knowns_0 <= 4'h0;
+      end
+      else if (_GEN_3) begin
+        sizes_0 <= _sizes_T_4;
+        knowns_0 <= _knowns_T_6;
+      end
+      else begin
+        if (put & ~out)
+          sizes_0 <= _sizes_T_2;
+        else if (_GEN_5)
+          sizes_0 <= _sizes_T;
+        if (_GEN_5) begin
+          if (isDown)
+            knowns_0 <= _knowns_T;
+          else
+            knowns_0 <= _knowns_T_2;
+        end
+      end
+      if (drop_1) begin
+        sizes_1 <= 4'h0;
+        knowns_1 <= 4'h0;
+      end
+      else if (_GEN_4) begin
+        sizes_1 <= _sizes_T_4;
+        knowns_1 <= _knowns_T_6;
+      end
+      else begin
+        if (put & out)
+          sizes_1 <= _sizes_T_2;
+        else if (_GEN_6)
+          sizes_1 <= _sizes_T;
+        if (_GEN_6) begin
+          if (isDown)
+            knowns_1 <= _knowns_T;
+          else
+            knowns_1 <= _knowns_T_2;
+        end
+      end
+      if (writing[5]) begin
+      end
+      else
+        writing <= writing + 6'h1;
+      walks <= _GEN_0 | ~ends & walks;
+      sees <= sees_REG & ~ends;
+      sees_REG <= walks & ~ends | removes;
+    end
+  end // always @(posedge, posedge)
+  wire        _GEN_7 = isThere | shifts;
   always @(posedge clock) begin
-    got_r <= _ram_readData;
-    if (removes)
+    if (removes) begin
+      metSlot <= held_slot;
       held_slot <= it;
-    else if (_GEN_2)
-      held_slot <= isThere ? sought : got_r[35:32];
-    if (r)
+    end
+    else if (_GEN_7)
+      held_slot <= isThere ? sought : got_slot;
+    got_slot <= hasMet ? metSlot : _ram_readData[35:32];
+    got_key <= _ram_readData[31:0];
+    if (r_1)
       held_key <= order;
-    else if (_GEN_2)
-      held_key <= got_r[31:0];
+    else if (_GEN_7 & ~meets & ~r)
+      held_key <= got_key;
     if (_GEN_0) begin
       isFirst <= ranks;
       isDown <= removes;
@@ -6551,101 +6665,16 @@ module TransitLists(
     isThere <= isFirst;
     seenAt_r <= offset;
     seenAt <= seenAt_r;
-    r <= looks_valid;
+    r <= hasMet;
+    r_1 <= looks_valid;
     outThen <= out;
     sizeThen <= _size_output;
     knownThen <= _known_output;
-    first_REG <= got_r[35:32];
+    first_REG <= got_slot;
     isBefore_REG <= _isLess_T_1[32];
     seenPlace_r <= _readPlace_T;
     seenPlace <= seenPlace_r;
   end // always @(posedge)
-  wire        ends = sees & got_r[35:32] == sought;
-  wire        _GEN_3 = ends & isCounted;
-  wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
-  wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
-  wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
-  wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
-  wire        _GEN_4 = take & ~outThen;
-  wire        _GEN_5 = take & outThen;
-  wire [3:0]  _firsts_T_2 = _GEN_1 + 4'h1;
-  wire [3:0]  _sizes_T_4 = sizeThen - 4'h1;
-  wire [3:0]  _knowns_T_6 = knownThen - {3'h0, |knownThen};
-  wire        _GEN_6 = _GEN_3 & ~of;
-  wire        _GEN_7 = _GEN_3 & of;
-  always @(posedge clock or posedge reset) begin
-    if (reset) begin
-      firsts_0 <= 4'h0;
-      firsts_1 <= 4'h0;
-      sizes_0 <= 4'h0;
-      sizes_1 <= 4'h0;
-      knowns_0 <= 4'h0;
-      knowns_1 <= 4'h0;
-      leavings_0 <= 4'h8;
-      leavings_1 <= 4'h8;
-      writing <= 6'h0;
-      walks <= 1'h0;
-      sees <= 1'h0;
-      sees_REG <= 1'h0;
-    end
-    else begin
-      if (_GEN_4) begin
-        firsts_0 <= _firsts_T_2;
-        leavings_0 <= first_REG;
-      end
-      if (_GEN_5) begin
-        firsts_1 <= _firsts_T_2;
-        leavings_1 <= first_REG;
-      end
-      if (drop_0) begin
-        sizes_0 <= 4'h0;
-        knowns_0 <= 4'h0;
-      end
-      else if (_GEN_4) begin
-        sizes_0 <= _sizes_T_4;
-        knowns_0 <= _knowns_T_6;
-      end
-      else begin
-        if (put & ~out)
-          sizes_0 <= _sizes_T_2;
-        else if (_GEN_6)
-          sizes_0 <= _sizes_T;
-        if (_GEN_6) begin
-          if (isDown)
-            knowns_0 <= _knowns_T;
-          else
-            knowns_0 <= _knowns_T_2;
-        end
-      end
-      if (drop_1) begin
-        sizes_1 <= 4'h0;
-        knowns_1 <= 4'h0;
-      end
-      else if (_GEN_5) begin
-        sizes_1 <= _sizes_T_4;
-        knowns_1 <= _knowns_T_6;
-      end
-      else begin
-        if (put & out)
-          sizes_1 <= _sizes_T_2;
-        else if (_GEN_7)
-          sizes_1 <= _sizes_T;
-        if (_GEN_7) begin
-          if (isDown)
-            knowns_1 <= _knowns_T;
-          else
-            knowns_1 <= _knowns_T_2;
-        end
-      end
-      if (writing[5]) begin
-      end
-      else
-        writing <= writing + 6'h1;
-      walks <= _GEN_0 | ~ends & walks;
-      sees <= sees_REG & ~ends;
-      sees_REG <= walks & ~ends | removes;
-    end
-  end // always @(posedge, posedge)
   assign _ram_write = sees ? shifts : ~isFree | names_0_valid | names_1_valid;
   assign _ram_writeAddress =
     isFree
@@ -6677,7 +6706,7 @@ module TransitLists(
   assign known = _known_output;
   assign isBefore = isBefore_REG;
   assign first = first_REG;
-  assign slot = got_r[35:32];
+  assign slot = got_slot;
   assign leaving_0 = leavings_0;
   assign leaving_1 = leavings_1;
 endmodule
@@ -7739,6 +7768,7 @@ module OwnFrames(
   reg         isDeciding;
   wire        _order_T = phase == 5'h18;
   wire        _walk_output = phase == 5'h1;
+  reg         lateStart;
   wire        nearsFirst = phase == 5'h2;
   reg         isFirst;
   reg         unitSeen;
@@ -7881,6 +7911,8 @@ module OwnFrames(
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
   wire [15:0] oneSlot = 16'h1 << (ends_valid_REG ? ends_bits_REG : it_slot);
+  wire        isResting = phase == 5'h1C;
+  wire        _lateStart_T = restart | lateStart;
   wire        _unitNow_T = unitSeen | unit;
   wire        isUsed = (isSecond ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
   wire        isData = due_kind == 2'h0;
@@ -7893,7 +7925,7 @@ module OwnFrames(
   wire        _records_io_write_T = entry_valid | isFirst;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_8 = restart | ~setting_on;
+  wire        _GEN_8 = _lateStart_T & isResting | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -7905,6 +7937,7 @@ module OwnFrames(
       aborted <= 16'h0;
       phase <= 5'h1C;
       isDeciding <= 1'h0;
+      lateStart <= 1'h0;
       isFirst <= 1'h0;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
@@ -7974,6 +8007,7 @@ module OwnFrames(
       else if (~(phase == 5'h1C))
         phase <= phase + 5'h1;
       isDeciding <= ~(tick | phase == 5'h1B | ~setting_on) & (_order_T & setting_on | isDeciding);
+      lateStart <= _lateStart_T & ~isResting & setting_on;
       isFirst <= nearsFirst;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -8157,7 +8191,7 @@ module OwnFrames(
   assign leaves_1_isLife = leavesReg_1_isLife;
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
-  assign conflict = inConflict;
+  assign conflict = inConflict & ~lateStart;
   assign counts_sent = nextIsNew;
   assign counts_confirmed = ends_valid_REG & sent_REG;
   assign counts_failed = ends_valid_REG & ~sent_REG & ~counts_failed_REG;
@@ -8689,6 +8723,7 @@ module Sources(
          ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : distances_0,
          now};
   wire        _double_T_2 = frame_bits_kind == 2'h0;
+  wire        _step_T_3 = silent | clears;
   wire        _GEN = step == 4'h0;
   wire        _GEN_0 = step == 4'h1;
   wire        _GEN_1 = step == 4'h2;
@@ -8702,7 +8737,6 @@ module Sources(
   wire        _GEN_9 = step == 4'h7;
   wire        _GEN_10 = step == 4'h8;
   wire        _GEN_11 = step == 4'hA;
-  wire        _step_T_3 = silent | clears;
   wire        _GEN_12 = step == 4'hB;
   wire        _GEN_13 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_9 | _GEN_10;
   reg  [3:0]  casez_tmp;
@@ -8870,7 +8904,7 @@ module Sources(
   assign takes = _done_output & isNew;
   assign double = _done_output & ~isNew & _double_T_2;
   assign told_valid = step == 4'h9;
-  assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
+  assign told_bits = _step_T_3 ? 16'h0 : _ram_readData[31:16];
 endmodule
 
 module RelayHost(
@@ -8944,8 +8978,8 @@ module RelayHost(
       event_REG <= 1'h0;
     end
     else begin
-      acknowledged <= active & (~isFar | host_write | isTold & isSecond);
-      isSecond <= isTold ^ isSecond;
+      acknowledged <= active & (~isFar | host_write | ~relay | isTold & isSecond);
+      isSecond <= relay & (isTold ^ isSecond);
       if (_clears_T & host_addr[15:2] == 14'h4 & host_be[1])
         relay <= host_wdata[8];
       if (_clears_T & host_addr[15:2] == 14'h5 & host_be[0])
@@ -8967,12 +9001,18 @@ module RelayHost(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
-    if (~isTold | isSecond) begin
+    if (relay) begin
+      if (~isTold | isSecond) begin
+      end
+      else
+        first <= told_bits;
+      if (isTold & isSecond)
+        second <= told_bits;
     end
-    else
-      first <= told_bits;
-    if (isTold & isSecond)
-      second <= told_bits;
+    else begin
+      first <= 16'h0;
+      second <= 16'h0;
+    end
   end // always @(posedge)
   assign host_ack = acknowledged & isFar;
   assign host_rdata =
@@ -9652,6 +9692,8 @@ module Bridge(
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
+  wire [7:0]  _GEN_0 = {5'h0, slot};
+  wire [7:0]  _isGone_T = into_pending >> _GEN_0;
   wire        into_append_valid_0 = step == 4'hA;
   wire        counts = step == 4'hB;
   wire        isRead = ~(|step) | into_append_valid_0 | counts;
@@ -9660,7 +9702,6 @@ module Bridge(
   wire        _into_job_bits_data_T = part == 2'h1;
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
-  wire [7:0]  _GEN_0 = {5'h0, slot};
   wire        _GEN_1 = isRead & from_taken_valid;
   wire [3:0]  _GEN_2 = {3'h0, more | from_taken_valid};
   wire        _GEN_3 = step == 4'h1;
@@ -9672,18 +9713,17 @@ module Bridge(
   wire        _GEN_9 = step == 4'h6;
   wire        _GEN_10 = step == 4'h7;
   wire        _GEN_11 = step == 4'h8;
-  wire [7:0]  _GEN_12 = into_pending >> _GEN_0;
-  wire        _GEN_13 = step == 4'h9;
-  wire        _GEN_14 = step == 4'hA;
-  wire        _GEN_15 = ~into_appended | drops;
-  wire        _GEN_16 = step == 4'hB & into_done;
+  wire        _GEN_12 = step == 4'h9;
+  wire        _GEN_13 = step == 4'hA;
+  wire        _GEN_14 = ~into_appended | drops;
+  wire        _GEN_15 = step == 4'hB & into_done;
   reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_17 = {2'h1, &at, 1'h0};
-  wire [3:0]  _GEN_18 = _GEN_16 ? _GEN_2 : step;
+  wire [3:0]  _GEN_16 = {2'h1, &at, 1'h0};
+  wire [3:0]  _GEN_17 = _GEN_15 ? _GEN_2 : step;
   always @(*) begin
     casez (step)
       4'b0000:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b0001:
         casez_tmp = from_ready ? 4'h2 : step;
       4'b0010:
@@ -9691,32 +9731,32 @@ module Bridge(
       4'b0011:
         casez_tmp = _GEN_6 ? 4'h9 : 4'h4;
       4'b0100:
-        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_17 : 4'h5) : 4'h9;
+        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_16 : 4'h5) : 4'h9;
       4'b0101:
-        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_17 : 4'h9) : step;
+        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_16 : 4'h9) : step;
       4'b0110:
-        casez_tmp = isBetter ? 4'h7 : 4'hB;
+        casez_tmp = _isGone_T[0] ? (isBetter ? 4'h7 : 4'hB) : 4'h9;
       4'b0111:
-        casez_tmp = 4'h8;
+        casez_tmp = {3'h4, ~(_isGone_T[0])};
       4'b1000:
-        casez_tmp = _GEN_12[0] ? 4'h4 : 4'h9;
+        casez_tmp = _isGone_T[0] ? 4'h4 : 4'h9;
       4'b1001:
         casez_tmp = into_done ? ((&part) ? 4'hA : 4'h1) : step;
       4'b1010:
         casez_tmp = into_appended ? (drops ? 4'hB : _GEN_2) : step;
       4'b1011:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1100:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1101:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1110:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       default:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
     endcase
   end // always @(*)
-  wire        _GEN_19 = _GEN_1 | more;
+  wire        _GEN_18 = _GEN_1 | more;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -9729,32 +9769,32 @@ module Bridge(
         step <= _GEN_2;
       more <=
         (|step)
-        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_13
-             ? _GEN_19
-             : _GEN_14 ? _GEN_15 & _GEN_19 : ~_GEN_16 & _GEN_19);
+        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
+             ? _GEN_18
+             : _GEN_13 ? _GEN_14 & _GEN_18 : ~_GEN_15 & _GEN_18);
     end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_20 = ~(into_pending[6:0]);
-  wire        _GEN_21 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_22 = into_done & _GEN_21;
-  wire        _GEN_23 = _GEN_9 | _GEN_10;
-  wire        _GEN_24 = _GEN_23 | ~(_GEN_11 & _GEN_12[0]);
+  wire [6:0]  _GEN_19 = ~(into_pending[6:0]);
+  wire        _GEN_20 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_21 = into_done & _GEN_20;
+  wire        _GEN_22 = _GEN_9 | _GEN_10;
+  wire        _GEN_23 = _GEN_22 | ~(_GEN_11 & _isGone_T[0]);
   always @(posedge clock) begin
     if (_GEN_1)
       place <= from_taken_bits;
     if (|step) begin
       if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11)) begin
-        if (_GEN_13) begin
+        if (_GEN_12) begin
           if (into_done)
             part <= part + 2'h1;
         end
-        else if (_GEN_14) begin
-          if (_GEN_15) begin
+        else if (_GEN_13) begin
+          if (_GEN_14) begin
           end
           else
             part <= 2'h0;
         end
-        else if (_GEN_16)
+        else if (_GEN_15)
           part <= 2'h0;
       end
     end
@@ -9768,13 +9808,13 @@ module Bridge(
       if (_GEN_5) begin
         if (_GEN_6)
           slot <=
-            _GEN_20[0]
+            _GEN_19[0]
               ? 3'h0
-              : _GEN_20[1]
+              : _GEN_19[1]
                   ? 3'h1
-                  : _GEN_20[2]
+                  : _GEN_19[2]
                       ? 3'h2
-                      : _GEN_20[3] ? 3'h3 : _GEN_20[4] ? 3'h4 : _GEN_20[5] ? 3'h5 : {2'h3, ~(_GEN_20[6])};
+                      : _GEN_19[3] ? 3'h3 : _GEN_19[4] ? 3'h4 : _GEN_19[5] ? 3'h5 : {2'h3, ~(_GEN_19[6])};
         else
           at <= 3'h0;
         found <= _GEN_6 & found;
@@ -9788,28 +9828,28 @@ module Bridge(
           at <= at + 3'h1;
       end
       else begin
-        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_21))
+        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_20))
           slot <= at;
         if (_GEN_8) begin
           if (into_done & _isFree_T[0])
             at <= at + 3'h1;
-          found <= _GEN_22 | found;
+          found <= _GEN_21 | found;
         end
         else begin
-          if (_GEN_24) begin
+          if (_GEN_23) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_24 & found;
+          found <= _GEN_23 & found;
         end
       end
     end
     drops <=
       (|step)
-      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_23
+      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_22
            ? drops
-           : _GEN_11 ? ~(_GEN_12[0]) | drops : (_GEN_13 | _GEN_14 | ~_GEN_16) & drops);
-    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_22)) begin
+           : _GEN_11 ? ~(_isGone_T[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
+    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_21)) begin
     end
     else
       lastKey <= into_key;
@@ -9868,6 +9908,8 @@ module Bridge_1(
   wire [7:0]  _GEN = {5'h0, at};
   wire [7:0]  _skips_T = into_held >> _GEN;
   wire [7:0]  _isFree_T = into_pending >> _GEN;
+  wire [7:0]  _GEN_0 = {5'h0, slot};
+  wire [7:0]  _isGone_T = into_pending >> _GEN_0;
   wire        into_append_valid_0 = step == 4'hA;
   wire        counts = step == 4'hB;
   wire        looks = step == 4'h5;
@@ -9875,7 +9917,6 @@ module Bridge_1(
   wire        _into_job_bits_data_T = part == 2'h1;
   wire        isBetter =
     found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
-  wire [7:0]  _GEN_0 = {5'h0, slot};
   wire        _GEN_1 = (~(|step) | into_append_valid_0 | counts) & from_taken_valid;
   wire [3:0]  _GEN_2 = {3'h0, more | from_taken_valid};
   wire        _GEN_3 = step == 4'h1;
@@ -9887,18 +9928,17 @@ module Bridge_1(
   wire        _GEN_9 = step == 4'h6;
   wire        _GEN_10 = step == 4'h7;
   wire        _GEN_11 = step == 4'h8;
-  wire [7:0]  _GEN_12 = into_pending >> _GEN_0;
-  wire        _GEN_13 = step == 4'h9;
-  wire        _GEN_14 = step == 4'hA;
-  wire        _GEN_15 = ~into_appended | drops;
-  wire        _GEN_16 = step == 4'hB & into_done;
+  wire        _GEN_12 = step == 4'h9;
+  wire        _GEN_13 = step == 4'hA;
+  wire        _GEN_14 = ~into_appended | drops;
+  wire        _GEN_15 = step == 4'hB & into_done;
   reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_17 = {2'h1, &at, 1'h0};
-  wire [3:0]  _GEN_18 = _GEN_16 ? _GEN_2 : step;
+  wire [3:0]  _GEN_16 = {2'h1, &at, 1'h0};
+  wire [3:0]  _GEN_17 = _GEN_15 ? _GEN_2 : step;
   always @(*) begin
     casez (step)
       4'b0000:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b0001:
         casez_tmp = from_ready ? 4'h2 : step;
       4'b0010:
@@ -9906,32 +9946,32 @@ module Bridge_1(
       4'b0011:
         casez_tmp = _GEN_6 ? 4'h9 : 4'h4;
       4'b0100:
-        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_17 : 4'h5) : 4'h9;
+        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_16 : 4'h5) : 4'h9;
       4'b0101:
-        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_17 : 4'h9) : step;
+        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_16 : 4'h9) : step;
       4'b0110:
-        casez_tmp = isBetter ? 4'h7 : 4'hB;
+        casez_tmp = _isGone_T[0] ? (isBetter ? 4'h7 : 4'hB) : 4'h9;
       4'b0111:
-        casez_tmp = 4'h8;
+        casez_tmp = {3'h4, ~(_isGone_T[0])};
       4'b1000:
-        casez_tmp = _GEN_12[0] ? 4'h4 : 4'h9;
+        casez_tmp = _isGone_T[0] ? 4'h4 : 4'h9;
       4'b1001:
         casez_tmp = into_done ? ((&part) ? 4'hA : 4'h1) : step;
       4'b1010:
         casez_tmp = into_appended ? (drops ? 4'hB : _GEN_2) : step;
       4'b1011:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1100:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1101:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       4'b1110:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
       default:
-        casez_tmp = _GEN_18;
+        casez_tmp = _GEN_17;
     endcase
   end // always @(*)
-  wire        _GEN_19 = _GEN_1 | more;
+  wire        _GEN_18 = _GEN_1 | more;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -9944,32 +9984,32 @@ module Bridge_1(
         step <= _GEN_2;
       more <=
         (|step)
-        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_13
-             ? _GEN_19
-             : _GEN_14 ? _GEN_15 & _GEN_19 : ~_GEN_16 & _GEN_19);
+        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
+             ? _GEN_18
+             : _GEN_13 ? _GEN_14 & _GEN_18 : ~_GEN_15 & _GEN_18);
     end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_20 = ~(into_pending[6:0]);
-  wire        _GEN_21 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_22 = into_done & _GEN_21;
-  wire        _GEN_23 = _GEN_9 | _GEN_10;
-  wire        _GEN_24 = _GEN_23 | ~(_GEN_11 & _GEN_12[0]);
+  wire [6:0]  _GEN_19 = ~(into_pending[6:0]);
+  wire        _GEN_20 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_21 = into_done & _GEN_20;
+  wire        _GEN_22 = _GEN_9 | _GEN_10;
+  wire        _GEN_23 = _GEN_22 | ~(_GEN_11 & _isGone_T[0]);
   always @(posedge clock) begin
     if (_GEN_1)
       place <= from_taken_bits;
     if (|step) begin
       if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11)) begin
-        if (_GEN_13) begin
+        if (_GEN_12) begin
           if (into_done)
             part <= part + 2'h1;
         end
-        else if (_GEN_14) begin
-          if (_GEN_15) begin
+        else if (_GEN_13) begin
+          if (_GEN_14) begin
           end
           else
             part <= 2'h0;
         end
-        else if (_GEN_16)
+        else if (_GEN_15)
           part <= 2'h0;
       end
     end
@@ -9983,13 +10023,13 @@ module Bridge_1(
       if (_GEN_5) begin
         if (_GEN_6)
           slot <=
-            _GEN_20[0]
+            _GEN_19[0]
               ? 3'h0
-              : _GEN_20[1]
+              : _GEN_19[1]
                   ? 3'h1
-                  : _GEN_20[2]
+                  : _GEN_19[2]
                       ? 3'h2
-                      : _GEN_20[3] ? 3'h3 : _GEN_20[4] ? 3'h4 : _GEN_20[5] ? 3'h5 : {2'h3, ~(_GEN_20[6])};
+                      : _GEN_19[3] ? 3'h3 : _GEN_19[4] ? 3'h4 : _GEN_19[5] ? 3'h5 : {2'h3, ~(_GEN_19[6])};
         else
           at <= 3'h0;
         found <= _GEN_6 & found;
@@ -10003,28 +10043,28 @@ module Bridge_1(
           at <= at + 3'h1;
       end
       else begin
-        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_21))
+        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_20))
           slot <= at;
         if (_GEN_8) begin
           if (into_done & _isFree_T[0])
             at <= at + 3'h1;
-          found <= _GEN_22 | found;
+          found <= _GEN_21 | found;
         end
         else begin
-          if (_GEN_24) begin
+          if (_GEN_23) begin
           end
           else
             at <= 3'h0;
-          found <= _GEN_24 & found;
+          found <= _GEN_23 & found;
         end
       end
     end
     drops <=
       (|step)
-      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_23
+      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_22
            ? drops
-           : _GEN_11 ? ~(_GEN_12[0]) | drops : (_GEN_13 | _GEN_14 | ~_GEN_16) & drops);
-    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_22)) begin
+           : _GEN_11 ? ~(_isGone_T[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
+    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_21)) begin
     end
     else
       lastKey <= into_key;

@@ -1840,6 +1840,7 @@ module ProtocolEngine(
   wire        maySend = mode_loopBack | ~mode_listenOnly;
   reg         mayCount;
   reg         wasLooped;
+  reg         mayRecover;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
   wire        isGood = sampled & ~_outlook_meaning_verdict_error;
@@ -1858,6 +1859,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  reg         ordered_REG;
   wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
@@ -1877,7 +1879,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
+  wire        goesOn = inBusOff & (recovers | mayRecover);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
@@ -1913,6 +1915,7 @@ module ProtocolEngine(
       pinLevel <= 1'h1;
       hardBit <= 1'h1;
       isStuff <= 1'h0;
+      ordered_REG <= 1'h0;
       comes <= 1'h1;
     end
     else begin
@@ -1960,7 +1963,7 @@ module ProtocolEngine(
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
       attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
+      recovers <= ~recovered & (ordered_REG & _counters_busOffNext | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -1974,6 +1977,7 @@ module ProtocolEngine(
                          : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
+      ordered_REG <= recover;
       comes <= ~mode_run | levelNext;
     end
   end // always @(posedge, posedge)
@@ -2034,6 +2038,7 @@ module ProtocolEngine(
     crcWrong <= |crc;
     mayCount <= maySend;
     wasLooped <= mode_loopBack;
+    mayRecover <= mode_recoverItself;
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
@@ -3649,7 +3654,6 @@ module CanPort(
   wire [3:0]  _timing_setting_tseg2;
   wire [5:0]  _timing_setting_tseg1;
   wire [10:0] _timing_setting_prescaler;
-  wire        _timing_threeSamples;
   wire        _timing_heard;
   wire        _timing_hard;
   wire        _timing_dominant;
@@ -3663,6 +3667,7 @@ module CanPort(
   wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible & ~relay_on;
   reg  [6:0]  bit_bits_quanta_REG;
+  reg         mode_threeSamples;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -3688,6 +3693,7 @@ module CanPort(
     if (reset) begin
       impossible_wasNever <= 1'h1;
       impossible_REG <= 1'h1;
+      mode_threeSamples <= 1'h0;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -3706,6 +3712,7 @@ module CanPort(
         _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
         & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
       impossible_REG <= _impossible_T;
+      mode_threeSamples <= _front_control_threeSamples;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -3730,7 +3737,6 @@ module CanPort(
   assign _timing_setting_tseg2 = _front_timing_tseg2;
   assign _timing_setting_tseg1 = _front_timing_tseg1;
   assign _timing_setting_prescaler = _front_timing_prescaler;
-  assign _timing_threeSamples = _front_control_threeSamples;
   assign _timing_heard = mode_loopBack ? _engine_level : rx & (_engine_level | ~(mode_listenOnly & ~mode_loopBack));
   assign _timing_dominant = ~_engine_level;
   BitTiming timing (
@@ -3740,7 +3746,7 @@ module CanPort(
     .setting_tseg2     (_timing_setting_tseg2),
     .setting_tseg1     (_timing_setting_tseg1),
     .setting_prescaler (_timing_setting_prescaler),
-    .threeSamples      (_timing_threeSamples),
+    .threeSamples      (mode_threeSamples),
     .run               (engine_mode_run_REG),
     .heard             (_timing_heard),
     .hard              (_timing_hard),
@@ -4678,7 +4684,10 @@ module TransitLists(
   wire [35:0] _ram_writeData;
   wire [5:0]  _ram_readAddress;
   wire [35:0] _ram_readData;
-  reg  [35:0] got_r;
+  reg         hasMet;
+  reg  [3:0]  metSlot;
+  reg  [3:0]  got_slot;
+  reg  [31:0] got_key;
   reg  [3:0]  firsts_0;
   reg  [3:0]  firsts_1;
   reg  [3:0]  sizes_0;
@@ -4704,11 +4713,13 @@ module TransitLists(
   reg  [3:0]  seenAt;
   wire [3:0]  _GEN = of ? knowns_1 : knowns_0;
   wire        isKnown = seenAt < _GEN;
-  wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, got_r[31:0]};
+  wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, got_key};
   wire        shifts = sees & (moves | ~isKnown | _isLess_T_1[32]);
   reg         sees_REG;
-  wire        _GEN_0 = ranks | removes;
   reg         r;
+  wire        _GEN_0 = ranks | removes;
+  wire        meets = removes & sees & of == out;
+  reg         r_1;
   wire [3:0]  _size_output = out ? sizes_1 : sizes_0;
   wire [3:0]  _known_output = out ? knowns_1 : knowns_0;
   reg         outThen;
@@ -4725,17 +4736,108 @@ module TransitLists(
   wire        isFree = writing[5] & ~sees & ~take;
   wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
   wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
-  wire        _GEN_2 = isThere | shifts;
+  wire        ends = sees & got_slot == sought;
+  wire        _GEN_2 = ends & isCounted;
+  wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
+  wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
+  wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
+  wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
+  wire        _GEN_3 = take & ~outThen;
+  wire        _GEN_4 = take & outThen;
+  wire [3:0]  _firsts_T_2 = _GEN_1 + 4'h1;
+  wire [3:0]  _sizes_T_4 = sizeThen - 4'h1;
+  wire [3:0]  _knowns_T_6 = knownThen - {3'h0, |knownThen};
+  wire        _GEN_5 = _GEN_2 & ~of;
+  wire        _GEN_6 = _GEN_2 & of;
+  always @(posedge clock or posedge reset) begin
+    if (reset) begin
+      hasMet <= 1'h0;
+      firsts_0 <= 4'h0;
+      firsts_1 <= 4'h0;
+      sizes_0 <= 4'h0;
+      sizes_1 <= 4'h0;
+      knowns_0 <= 4'h0;
+      knowns_1 <= 4'h0;
+      leavings_0 <= 4'h8;
+      leavings_1 <= 4'h8;
+      writing <= 6'h0;
+      walks <= 1'h0;
+      sees <= 1'h0;
+      sees_REG <= 1'h0;
+    end
+    else begin
+      hasMet <= meets;
+      if (_GEN_3) begin
+        firsts_0 <= _firsts_T_2;
+        leavings_0 <= first_REG;
+      end
+      if (_GEN_4) begin
+        firsts_1 <= _firsts_T_2;
+        leavings_1 <= first_REG;
+      end
+      if (drop_0) begin
+        sizes_0 <= 4'h0;
+        knowns_0 <= 4'h0;
+      end
+      else if (_GEN_3) begin
+        sizes_0 <= _sizes_T_4;
+        knowns_0 <= _knowns_T_6;
+      end
+      else begin
+        if (put & ~out)
+          sizes_0 <= _sizes_T_2;
+        else if (_GEN_5)
+          sizes_0 <= _sizes_T;
+        if (_GEN_5) begin
+          if (isDown)
+            knowns_0 <= _knowns_T;
+          else
+            knowns_0 <= _knowns_T_2;
+        end
+      end
+      if (drop_1) begin
+        sizes_1 <= 4'h0;
+        knowns_1 <= 4'h0;
+      end
+      else if (_GEN_4) begin
+        sizes_1 <= _sizes_T_4;
+        knowns_1 <= _knowns_T_6;
+      end
+      else begin
+        if (put & out)
+          sizes_1 <= _sizes_T_2;
+        else if (_GEN_6)
+          sizes_1 <= _sizes_T;
+        if (_GEN_6) begin
+          if (isDown)
+            knowns_1 <= _knowns_T;
+          else
+            knowns_1 <= _knowns_T_2;
+        end
+      end
+      if (writing[5]) begin
+      end
+      else
+        writing <= writing + 6'h1;
+      walks <= _GEN_0 | ~ends & walks;
+      sees <= sees_REG & ~ends;
+      sees_REG <= walks & ~ends | removes;
+    end
+  end // always @(posedge, posedge)
+  wire        _GEN_7 = isThere | shifts;
   always @(posedge clock) begin
-    got_r <= _ram_readData;
-    if (removes)
+    if (removes) begin
+      metSlot <= held_slot;
       held_slot <= it;
-    else if (_GEN_2)
-      held_slot <= isThere ? sought : got_r[35:32];
-    if (r)
+    end
+    else if (_GEN_7)
+      held_slot <= isThere ? sought : got_slot;
+    got_slot <= hasMet ? metSlot : _ram_readData[35:32];
+    got_key <= _ram_readData[31:0];
+    if (r_1)
       held_key <= order;
-    else if (_GEN_2)
-      held_key <= got_r[31:0];
+    else if (_GEN_7 & ~meets & ~r)
+      held_key <= got_key;
     if (_GEN_0) begin
       isFirst <= ranks;
       isDown <= removes;
@@ -4758,101 +4860,16 @@ module TransitLists(
     isThere <= isFirst;
     seenAt_r <= offset;
     seenAt <= seenAt_r;
-    r <= looks_valid;
+    r <= hasMet;
+    r_1 <= looks_valid;
     outThen <= out;
     sizeThen <= _size_output;
     knownThen <= _known_output;
-    first_REG <= got_r[35:32];
+    first_REG <= got_slot;
     isBefore_REG <= _isLess_T_1[32];
     seenPlace_r <= _readPlace_T;
     seenPlace <= seenPlace_r;
   end // always @(posedge)
-  wire        ends = sees & got_r[35:32] == sought;
-  wire        _GEN_3 = ends & isCounted;
-  wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
-  wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
-  wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
-  wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
-  wire        _GEN_4 = take & ~outThen;
-  wire        _GEN_5 = take & outThen;
-  wire [3:0]  _firsts_T_2 = _GEN_1 + 4'h1;
-  wire [3:0]  _sizes_T_4 = sizeThen - 4'h1;
-  wire [3:0]  _knowns_T_6 = knownThen - {3'h0, |knownThen};
-  wire        _GEN_6 = _GEN_3 & ~of;
-  wire        _GEN_7 = _GEN_3 & of;
-  always @(posedge clock or posedge reset) begin
-    if (reset) begin
-      firsts_0 <= 4'h0;
-      firsts_1 <= 4'h0;
-      sizes_0 <= 4'h0;
-      sizes_1 <= 4'h0;
-      knowns_0 <= 4'h0;
-      knowns_1 <= 4'h0;
-      leavings_0 <= 4'h8;
-      leavings_1 <= 4'h8;
-      writing <= 6'h0;
-      walks <= 1'h0;
-      sees <= 1'h0;
-      sees_REG <= 1'h0;
-    end
-    else begin
-      if (_GEN_4) begin
-        firsts_0 <= _firsts_T_2;
-        leavings_0 <= first_REG;
-      end
-      if (_GEN_5) begin
-        firsts_1 <= _firsts_T_2;
-        leavings_1 <= first_REG;
-      end
-      if (drop_0) begin
-        sizes_0 <= 4'h0;
-        knowns_0 <= 4'h0;
-      end
-      else if (_GEN_4) begin
-        sizes_0 <= _sizes_T_4;
-        knowns_0 <= _knowns_T_6;
-      end
-      else begin
-        if (put & ~out)
-          sizes_0 <= _sizes_T_2;
-        else if (_GEN_6)
-          sizes_0 <= _sizes_T;
-        if (_GEN_6) begin
-          if (isDown)
-            knowns_0 <= _knowns_T;
-          else
-            knowns_0 <= _knowns_T_2;
-        end
-      end
-      if (drop_1) begin
-        sizes_1 <= 4'h0;
-        knowns_1 <= 4'h0;
-      end
-      else if (_GEN_5) begin
-        sizes_1 <= _sizes_T_4;
-        knowns_1 <= _knowns_T_6;
-      end
-      else begin
-        if (put & out)
-          sizes_1 <= _sizes_T_2;
-        else if (_GEN_7)
-          sizes_1 <= _sizes_T;
-        if (_GEN_7) begin
-          if (isDown)
-            knowns_1 <= _knowns_T;
-          else
-            knowns_1 <= _knowns_T_2;
-        end
-      end
-      if (writing[5]) begin
-      end
-      else
-        writing <= writing + 6'h1;
-      walks <= _GEN_0 | ~ends & walks;
-      sees <= sees_REG & ~ends;
-      sees_REG <= walks & ~ends | removes;
-    end
-  end // always @(posedge, posedge)
   assign _ram_write = sees ? shifts : ~isFree | names_0_valid | names_1_valid;
   assign _ram_writeAddress =
     isFree
@@ -4884,7 +4901,7 @@ module TransitLists(
   assign known = _known_output;
   assign isBefore = isBefore_REG;
   assign first = first_REG;
-  assign slot = got_r[35:32];
+  assign slot = got_slot;
   assign leaving_0 = leavings_0;
   assign leaving_1 = leavings_1;
 endmodule
@@ -5946,6 +5963,7 @@ module OwnFrames(
   reg         isDeciding;
   wire        _order_T = phase == 5'h18;
   wire        _walk_output = phase == 5'h1;
+  reg         lateStart;
   wire        nearsFirst = phase == 5'h2;
   reg         isFirst;
   reg         unitSeen;
@@ -6088,6 +6106,8 @@ module OwnFrames(
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
   wire [15:0] oneSlot = 16'h1 << (ends_valid_REG ? ends_bits_REG : it_slot);
+  wire        isResting = phase == 5'h1C;
+  wire        _lateStart_T = restart | lateStart;
   wire        _unitNow_T = unitSeen | unit;
   wire        isUsed = (isSecond ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
   wire        isData = due_kind == 2'h0;
@@ -6100,7 +6120,7 @@ module OwnFrames(
   wire        _records_io_write_T = entry_valid | isFirst;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_8 = restart | ~setting_on;
+  wire        _GEN_8 = _lateStart_T & isResting | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -6112,6 +6132,7 @@ module OwnFrames(
       aborted <= 16'h0;
       phase <= 5'h1C;
       isDeciding <= 1'h0;
+      lateStart <= 1'h0;
       isFirst <= 1'h0;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
@@ -6181,6 +6202,7 @@ module OwnFrames(
       else if (~(phase == 5'h1C))
         phase <= phase + 5'h1;
       isDeciding <= ~(tick | phase == 5'h1B | ~setting_on) & (_order_T & setting_on | isDeciding);
+      lateStart <= _lateStart_T & ~isResting & setting_on;
       isFirst <= nearsFirst;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -6364,7 +6386,7 @@ module OwnFrames(
   assign leaves_1_isLife = leavesReg_1_isLife;
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
-  assign conflict = inConflict;
+  assign conflict = inConflict & ~lateStart;
   assign counts_sent = nextIsNew;
   assign counts_confirmed = ends_valid_REG & sent_REG;
   assign counts_failed = ends_valid_REG & ~sent_REG & ~counts_failed_REG;
@@ -6894,6 +6916,7 @@ module Sources(
          ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : distances_0,
          now};
   wire        _double_T_2 = frame_bits_kind == 2'h0;
+  wire        _step_T_3 = silent | clears;
   wire        _GEN = step == 4'h0;
   wire        _GEN_0 = step == 4'h1;
   wire        _GEN_1 = step == 4'h2;
@@ -6907,7 +6930,6 @@ module Sources(
   wire        _GEN_9 = step == 4'h7;
   wire        _GEN_10 = step == 4'h8;
   wire        _GEN_11 = step == 4'hA;
-  wire        _step_T_3 = silent | clears;
   wire        _GEN_12 = step == 4'hB;
   wire        _GEN_13 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_9 | _GEN_10;
   reg  [3:0]  casez_tmp;
@@ -7075,7 +7097,7 @@ module Sources(
   assign takes = _done_output & isNew;
   assign double = _done_output & ~isNew & _double_T_2;
   assign told_valid = step == 4'h9;
-  assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
+  assign told_bits = _step_T_3 ? 16'h0 : _ram_readData[31:16];
 endmodule
 
 module RelayHost(
@@ -7149,8 +7171,8 @@ module RelayHost(
       event_REG <= 1'h0;
     end
     else begin
-      acknowledged <= active & (~isFar | host_write | isTold & isSecond);
-      isSecond <= isTold ^ isSecond;
+      acknowledged <= active & (~isFar | host_write | ~relay | isTold & isSecond);
+      isSecond <= relay & (isTold ^ isSecond);
       if (_clears_T & host_addr[15:2] == 14'h4 & host_be[1])
         relay <= host_wdata[8];
       if (_clears_T & host_addr[15:2] == 14'h5 & host_be[0])
@@ -7172,12 +7194,18 @@ module RelayHost(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
-    if (~isTold | isSecond) begin
+    if (relay) begin
+      if (~isTold | isSecond) begin
+      end
+      else
+        first <= told_bits;
+      if (isTold & isSecond)
+        second <= told_bits;
     end
-    else
-      first <= told_bits;
-    if (isTold & isSecond)
-      second <= told_bits;
+    else begin
+      first <= 16'h0;
+      second <= 16'h0;
+    end
   end // always @(posedge)
   assign host_ack = acknowledged & isFar;
   assign host_rdata =

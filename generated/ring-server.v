@@ -2358,6 +2358,7 @@ module ProtocolEngine(
   wire        maySend = mode_loopBack | ~mode_listenOnly;
   reg         mayCount;
   reg         wasLooped;
+  reg         mayRecover;
   wire        _isStuff_T_2 = place_field < 5'hB;
   reg         isStuff;
   wire        isGood = sampled & ~_outlook_meaning_verdict_error;
@@ -2376,6 +2377,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  reg         ordered_REG;
   wire        _GEN = _outlook_meaning_verdict_error | _outlook_meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
@@ -2395,7 +2397,7 @@ module ProtocolEngine(
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        goesOn = inBusOff & (recovers | mode_recoverItself);
+  wire        goesOn = inBusOff & (recovers | mayRecover);
   wire [4:0]  _next_T_field = _outlook_meaning_level ? 5'h12 : 5'h11;
   wire        _GEN_2 = ~inBusOff | goesOn;
   wire [4:0]  next_field =
@@ -2431,6 +2433,7 @@ module ProtocolEngine(
       pinLevel <= 1'h1;
       hardBit <= 1'h1;
       isStuff <= 1'h0;
+      ordered_REG <= 1'h0;
       comes <= 1'h1;
     end
     else begin
@@ -2478,7 +2481,7 @@ module ProtocolEngine(
         & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | _outlook_meaning_verdict_lost | receiver) : receiver);
       attempts <= mode_run & (_GEN_1 | ~(sampled & (inVain | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
-      recovers <= ~recovered & (recover & _counters_busOff | sampled & goesOn | recovers);
+      recovers <= ~recovered & (ordered_REG & _counters_busOffNext | sampled & goesOn | recovers);
       sampled <= sample_valid;
       ownLevel <= ~mode_run | levelNow;
       pinLevel <= levelNow | silent | ~mode_run;
@@ -2492,6 +2495,7 @@ module ProtocolEngine(
                          : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? _outlook_meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
+      ordered_REG <= recover;
       comes <= ~mode_run | levelNext;
     end
   end // always @(posedge, posedge)
@@ -2552,6 +2556,7 @@ module ProtocolEngine(
     crcWrong <= |crc;
     mayCount <= maySend;
     wasLooped <= mode_loopBack;
+    mayRecover <= mode_recoverItself;
   end // always @(posedge)
   assign _counters_steps_tecUp8 =
     counts
@@ -4167,7 +4172,6 @@ module CanPort(
   wire [3:0]  _timing_setting_tseg2;
   wire [5:0]  _timing_setting_tseg1;
   wire [10:0] _timing_setting_prescaler;
-  wire        _timing_threeSamples;
   wire        _timing_heard;
   wire        _timing_hard;
   wire        _timing_dominant;
@@ -4181,6 +4185,7 @@ module CanPort(
   wire        impossible = impossible_wasNever | _front_control_threeSamples & impossible_REG;
   wire        runs = _front_control_run & ~impossible & ~relay_on;
   reg  [6:0]  bit_bits_quanta_REG;
+  reg         mode_threeSamples;
   reg         mode_recoverItself;
   reg         mode_oneShot;
   reg         mode_loopBack;
@@ -4206,6 +4211,7 @@ module CanPort(
     if (reset) begin
       impossible_wasNever <= 1'h1;
       impossible_REG <= 1'h1;
+      mode_threeSamples <= 1'h0;
       mode_recoverItself <= 1'h0;
       mode_oneShot <= 1'h0;
       mode_loopBack <= 1'h0;
@@ -4224,6 +4230,7 @@ module CanPort(
         _bit_bits_quanta_T < 7'h5 | _front_timing_sjw > _front_timing_tseg2 | _front_timing_prescaler == 11'h0
         & _front_timing_tseg1 < 6'h2 | _front_timing_prescaler == 11'h1 & _impossible_T;
       impossible_REG <= _impossible_T;
+      mode_threeSamples <= _front_control_threeSamples;
       mode_recoverItself <= _front_control_recoverItself;
       mode_oneShot <= _front_control_oneShot;
       mode_loopBack <= _front_control_loopBack;
@@ -4248,7 +4255,6 @@ module CanPort(
   assign _timing_setting_tseg2 = _front_timing_tseg2;
   assign _timing_setting_tseg1 = _front_timing_tseg1;
   assign _timing_setting_prescaler = _front_timing_prescaler;
-  assign _timing_threeSamples = _front_control_threeSamples;
   assign _timing_heard = mode_loopBack ? _engine_level : rx & (_engine_level | ~(mode_listenOnly & ~mode_loopBack));
   assign _timing_dominant = ~_engine_level;
   BitTiming timing (
@@ -4258,7 +4264,7 @@ module CanPort(
     .setting_tseg2     (_timing_setting_tseg2),
     .setting_tseg1     (_timing_setting_tseg1),
     .setting_prescaler (_timing_setting_prescaler),
-    .threeSamples      (_timing_threeSamples),
+    .threeSamples      (mode_threeSamples),
     .run               (engine_mode_run_REG),
     .heard             (_timing_heard),
     .hard              (_timing_hard),
@@ -5196,6 +5202,9 @@ module TransitLists(
   wire [35:0] _ram_writeData;
   wire [5:0]  _ram_readAddress;
   wire [35:0] _ram_readData;
+  reg         hasMet;
+  reg  [3:0]  metSlot;
+  wire [3:0]  word_slot = hasMet ? metSlot : _ram_readData[35:32];
   reg  [3:0]  firsts_0;
   reg  [3:0]  firsts_1;
   reg  [3:0]  sizes_0;
@@ -5222,6 +5231,7 @@ module TransitLists(
   wire [32:0] _isLess_T_1 = {1'h0, held_key} - {1'h0, _ram_readData[31:0]};
   wire        shifts = sees & (moves | ~isKnown | _isLess_T_1[32]);
   wire        _GEN_0 = ranks | removes;
+  wire        meets = removes & sees & of == out;
   wire [3:0]  _size_output = out ? sizes_1 : sizes_0;
   wire [3:0]  _known_output = out ? knowns_1 : knowns_0;
   reg         outThen;
@@ -5237,7 +5247,7 @@ module TransitLists(
   wire        isFree = writing[5] & ~sees & ~take;
   wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
   wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
-  wire        ends = sees & _ram_readData[35:32] == sought;
+  wire        ends = sees & word_slot == sought;
   wire        _GEN_2 = ends & isCounted;
   wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
   wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
@@ -5252,6 +5262,7 @@ module TransitLists(
   wire        _GEN_6 = _GEN_2 & of;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
+      hasMet <= 1'h0;
       firsts_0 <= 4'h0;
       firsts_1 <= 4'h0;
       sizes_0 <= 4'h0;
@@ -5265,6 +5276,7 @@ module TransitLists(
       sees <= 1'h0;
     end
     else begin
+      hasMet <= meets;
       if (_GEN_3) begin
         firsts_0 <= _firsts_T_2;
         leavings_0 <= first_REG;
@@ -5323,13 +5335,15 @@ module TransitLists(
   end // always @(posedge, posedge)
   wire        _GEN_7 = isFirst | shifts;
   always @(posedge clock) begin
-    if (removes)
+    if (removes) begin
+      metSlot <= held_slot;
       held_slot <= it;
+    end
     else if (_GEN_7)
-      held_slot <= isFirst ? sought : _ram_readData[35:32];
+      held_slot <= isFirst ? sought : word_slot;
     if (looks_valid)
       held_key <= order;
-    else if (_GEN_7)
+    else if (_GEN_7 & ~meets & ~hasMet)
       held_key <= _ram_readData[31:0];
     if (_GEN_0) begin
       isFirst <= ranks;
@@ -5354,7 +5368,7 @@ module TransitLists(
     outThen <= out;
     sizeThen <= _size_output;
     knownThen <= _known_output;
-    first_REG <= _ram_readData[35:32];
+    first_REG <= word_slot;
     isBefore_REG <= _isLess_T_1[32];
     seenPlace <= _readPlace_T;
   end // always @(posedge)
@@ -5389,7 +5403,7 @@ module TransitLists(
   assign known = _known_output;
   assign isBefore = isBefore_REG;
   assign first = first_REG;
-  assign slot = _ram_readData[35:32];
+  assign slot = word_slot;
   assign leaving_0 = leavings_0;
   assign leaving_1 = leavings_1;
 endmodule
@@ -6450,6 +6464,7 @@ module OwnFrames(
   reg         isDeciding;
   wire        _order_T = phase == 5'h15;
   wire        _walk_output = phase == 5'h1;
+  reg         lateStart;
   wire        nearsFirst = phase == 5'h2;
   reg         isFirst;
   reg         unitSeen;
@@ -6592,6 +6607,8 @@ module OwnFrames(
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
   wire [15:0] oneSlot = 16'h1 << (ends_valid_REG ? ends_bits_REG : it_slot);
+  wire        isResting = phase == 5'h19;
+  wire        _lateStart_T = restart | lateStart;
   wire        _unitNow_T = unitSeen | unit;
   wire        isUsed = (isSecond ? hasHome_1 & isDue_1 : hasHome_0 & isDue_0) & (|state);
   wire        isData = due_kind == 2'h0;
@@ -6604,7 +6621,7 @@ module OwnFrames(
   wire        _records_io_write_T = entry_valid | isFirst;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_8 = restart | ~setting_on;
+  wire        _GEN_8 = _lateStart_T & isResting | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -6616,6 +6633,7 @@ module OwnFrames(
       aborted <= 16'h0;
       phase <= 5'h19;
       isDeciding <= 1'h0;
+      lateStart <= 1'h0;
       isFirst <= 1'h0;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
@@ -6685,6 +6703,7 @@ module OwnFrames(
       else if (~(phase == 5'h19))
         phase <= phase + 5'h1;
       isDeciding <= ~(tick | phase == 5'h18 | ~setting_on) & (_order_T & setting_on | isDeciding);
+      lateStart <= _lateStart_T & ~isResting & setting_on;
       isFirst <= nearsFirst;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -6868,7 +6887,7 @@ module OwnFrames(
   assign leaves_1_isLife = leavesReg_1_isLife;
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
-  assign conflict = inConflict;
+  assign conflict = inConflict & ~lateStart;
   assign counts_sent = nextIsNew;
   assign counts_confirmed = ends_valid_REG & sent_REG;
   assign counts_failed = ends_valid_REG & ~sent_REG & ~counts_failed_REG;
@@ -7398,6 +7417,7 @@ module Sources(
          ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : distances_0,
          now};
   wire        _double_T_2 = frame_bits_kind == 2'h0;
+  wire        _step_T_3 = silent | clears;
   wire        _GEN = step == 4'h0;
   wire        _GEN_0 = step == 4'h1;
   wire        _GEN_1 = step == 4'h2;
@@ -7411,7 +7431,6 @@ module Sources(
   wire        _GEN_9 = step == 4'h7;
   wire        _GEN_10 = step == 4'h8;
   wire        _GEN_11 = step == 4'hA;
-  wire        _step_T_3 = silent | clears;
   wire        _GEN_12 = step == 4'hB;
   wire        _GEN_13 = _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_9 | _GEN_10;
   reg  [3:0]  casez_tmp;
@@ -7579,7 +7598,7 @@ module Sources(
   assign takes = _done_output & isNew;
   assign double = _done_output & ~isNew & _double_T_2;
   assign told_valid = step == 4'h9;
-  assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
+  assign told_bits = _step_T_3 ? 16'h0 : _ram_readData[31:16];
 endmodule
 
 module RelayHost(
@@ -7653,8 +7672,8 @@ module RelayHost(
       event_REG <= 1'h0;
     end
     else begin
-      acknowledged <= active & (~isFar | host_write | isTold & isSecond);
-      isSecond <= isTold ^ isSecond;
+      acknowledged <= active & (~isFar | host_write | ~relay | isTold & isSecond);
+      isSecond <= relay & (isTold ^ isSecond);
       if (_clears_T & host_addr[15:2] == 14'h4 & host_be[1])
         relay <= host_wdata[8];
       if (_clears_T & host_addr[15:2] == 14'h5 & host_be[0])
@@ -7676,12 +7695,18 @@ module RelayHost(
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
-    if (~isTold | isSecond) begin
+    if (relay) begin
+      if (~isTold | isSecond) begin
+      end
+      else
+        first <= told_bits;
+      if (isTold & isSecond)
+        second <= told_bits;
     end
-    else
-      first <= told_bits;
-    if (isTold & isSecond)
-      second <= told_bits;
+    else begin
+      first <= 16'h0;
+      second <= 16'h0;
+    end
   end // always @(posedge)
   assign host_ack = acknowledged & isFar;
   assign host_rdata =

@@ -341,12 +341,13 @@ class RingServerSpec extends AnyFlatSpec {
   }
 
   "GW-06: messages to a ring" should "end once each, when the gateway is silent or tells no result" in {
-    val now                         = Instant.EPOCH
-    val o                           = new RingOrders(1000)
-    def add(node: Int, ms: Long)    = o.add(node, urgent = false, Vector(1, 2), ms, now).isRight
-    def ends                        = o.all.map(_.outcome.fold("")(_.fold(identity, _ => "done")))
-    def next(taken: Long, ms: Long) = o.next(taken, isBusy = false, ms).map(m => (m.counter.get, m.destination))
-    val noResult                    = "not confirmed: no result has come in time"
+    val now                      = Instant.EPOCH
+    val o                        = new RingOrders(1000)
+    def add(node: Int, ms: Long) = o.add(node, urgent = false, Vector(1, 2), ms, now).isRight
+    def ends                     = o.all.map(_.outcome.fold("")(_.fold(identity, _ => "done")))
+    def next(taken: Long, ms: Long) =
+      o.next(taken, isBusy = false, ms).map(m => (m.counter.get, m.destination))
+    val noResult = "not confirmed: no result has come in time"
     assert(add(3, 0) && add(3, 0) && add(4, 0))
     assert(next(7, 0).contains((8, 3)) && next(7, 100).isEmpty && next(7, 200).contains((8, 3)))
     assert(next(8, 300).contains((9, 4)) && next(9, 400).isEmpty)

@@ -121,7 +121,7 @@ class CanEngineModel(
   }
 
   /** Begins the frame that is offered, with SOF or behind that of another node (CAN-12). */
-  private def offer(): Unit = for (frame <- frames.offered if !modes.listenOnly || modes.loopBack) {
+  private def offer(): Unit = for (frame <- frames.offered if takesPart) {
     frames.begins()
     attempt = Some(frame)
     sends = true
@@ -252,8 +252,12 @@ class CanEngineModel(
 
   // ---- errors ----
 
-  /** What changes counters: not in listen only (CAN-42). */
-  private def counting(change: => Unit): Unit = if (!modes.listenOnly) change
+  /** It sends, and its counters change: not in listen only (CAN-42), but in loop back, which goes before that
+    * (CB-06).
+    */
+  private def takesPart = !modes.listenOnly || modes.loopBack
+
+  private def counting(change: => Unit): Unit = if (takesPart) change
 
   private def endAttempt(): Unit = if (attempt.nonEmpty) {
     attempt = None
@@ -291,13 +295,13 @@ class CanEngineModel(
     else go(if (field == OverloadFlag) OverloadDelim else ErrorDelimiter)
 
   private def inPassiveFlag(heard: Boolean): Unit = {
-    if (flag.passiveEnds(heard, sends)) go(ErrorDelimiter)
+    if (flag.passiveEnds(heard, sends, takesPart)) go(ErrorDelimiter)
     leaveIfBusOff()
   }
 
   private def inDelimiter(heard: Boolean): Unit =
     if (bit == 0 && !heard) {
-      counting(flag.dominantBehind(isError = field == ErrorDelimiter, sends))
+      flag.dominantBehind(isError = field == ErrorDelimiter, sends, takesPart)
       leaveIfBusOff()
     } else if (!heard && bit < 7) error(CanError.Form)
     else if (!heard) overload()

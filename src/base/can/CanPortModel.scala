@@ -79,7 +79,8 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
   def received(frame: CanFrame, time: Int): Unit =
     for (filter <- filters.matching(frame)) {
       if (!fifo.put(frame.bytes(filter, time))) records.overrun()
-      if (control("bridge") && !isLooped && CanParams.BridgeFilters.contains(filter)) bridges(frame)
+      // An own frame comes in loop back only.
+      if (control("bridge") && !engine.isSending && CanParams.BridgeFilters.contains(filter)) bridges(frame)
     }
 
   /** What becomes of a frame for the bridge (BR-01): the other port takes it. */

@@ -18,13 +18,15 @@ class ErrorFlagModel(confinement: ConfinementModel) {
 
   /** A bit of a passive flag.
     *
+    * @param counts
+    *   counters change with it
     * @return
     *   it is the last one: six equal ones have been heard
     */
-  def passiveEnds(heard: Boolean, asTransmitter: Boolean): Boolean = {
+  def passiveEnds(heard: Boolean, asTransmitter: Boolean, counts: Boolean): Boolean = {
     if (waits && !heard) {
       waits = false
-      confinement.raise(asTransmitter, 8)
+      if (counts) confinement.raise(asTransmitter, 8)
     }
     run = if (run > 0 && heard == last) run + 1 else 1
     last = heard
@@ -32,10 +34,10 @@ class ErrorFlagModel(confinement: ConfinementModel) {
   }
 
   /** Another dominant bit behind the flag. */
-  def dominantBehind(isError: Boolean, asTransmitter: Boolean): Unit = {
+  def dominantBehind(isError: Boolean, asTransmitter: Boolean, counts: Boolean): Unit = {
     dominant += 1
-    if (dominant == 1 && isError && !asTransmitter) confinement.raise(asTransmitter, 8)
-    if (dominant % 8 == 0) confinement.raise(asTransmitter, 8)
+    if (counts && dominant == 1 && isError && !asTransmitter) confinement.raise(asTransmitter, 8)
+    if (counts && dominant % 8 == 0) confinement.raise(asTransmitter, 8)
   }
 }
 

@@ -183,9 +183,9 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       comesHome(header, f.port)
     } else if (header.source != 0) {
       sources.hears(header, f.port)
-      if (header.kind == LinkKind.Start) sources.starts(header.source, header.sequence)
-      else if (header.kind == LinkKind.Data)
-        for (frame <- f.body.frame) {
+      for (frame <- f.body.frame) // RB-06
+        if (header.kind == LinkKind.Start) sources.starts(header.source, header.sequence)
+        else if (header.kind == LinkKind.Data) {
           if (sources.takes(header.source, header.sequence)) deliver(f, frame)
           else counts(RelayCounter.Doubles)
         }

@@ -58,11 +58,11 @@ static uint32_t joins(const struct can_port_config *config) {
 }
 
 /* An earlier start may have used it: then it would go on, and its bridge fill slots that are the host's now.
- * Without such a port its control reads as 0. */
-static void stop_pair(struct board *board) {
-  if (read_number(board, NODE_CAN_T_CONTROL, 1) == 0) return;
+ * Without such a port its control reads as 0. True: it was used. */
+static bool stop_pair(struct board *board) {
+  if (read_number(board, NODE_CAN_T_CONTROL, 1) == 0) return false;
   write_number(board, NODE_CAN_T_CONTROL, 1, 0);
-  write_number(board, NODE_CAN_T_COMMAND, 1, NODE_CAN_T_ABORT_ALL_MASK);
+  return true;
 }
 
 /* Of an earlier start: the host would receive all that it takes. */
@@ -111,7 +111,7 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
       config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
     return false;
 
-  stop_pair(board);
+  const bool was_paired = stop_pair(board);
   /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. Who is
    * `home` stays so: written anew it would open the ring (FB-05), which may be open elsewhere. */
   const uint32_t home = config->home && !relay ? NODE_RING_HOME_MASK : 0;
@@ -130,8 +130,10 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
 
   port->works = filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
                 number_holds(board, NODE_RING_ADDRESS, 1, config->address) && forgets_bridge(board);
-  /* Once more: the bridge may have been at the last frame of the pair when that was stopped. */
+  /* Once more: the bridge may have been at the last frame of the pair when that was stopped; and what it took
+   * for the pair until both stood still. */
   write_number(board, NODE_CAN_F_COMMAND, 1, NODE_CAN_F_ABORT_ALL_MASK);
+  if (was_paired) write_number(board, NODE_CAN_T_COMMAND, 1, NODE_CAN_T_ABORT_ALL_MASK);
   port->works = port->works && (config->pair_kbps == 0 || starts_pair(board, config)) &&
                 (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
   return port->works;

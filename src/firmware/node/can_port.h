@@ -31,7 +31,7 @@ struct can_port_config {
   uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: as FR-58 has it for the bit rate */
   uint8_t life;        /* number of this start, modulo 128, from memory that keeps it (FR-61) */
   /* Nodes with a twisted pair (preset ring-node-tp): */
-  uint16_t pair_kbps; /* 5 to 1000, core_mhz * 40 must be a multiple of it; 0: the pair is not used */
+  uint16_t pair_kbps; /* 5 to 1000, core_mhz * 40 must be a multiple of it; 0: it is not used, and stopped */
   bool bridge;        /* whatever is neither to this node nor to all passes between ring and pair (BR-01) */
 };
 

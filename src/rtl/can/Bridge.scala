@@ -77,6 +77,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   private val isLast  = at.andR
   private val skips   = into.held(at)
   private val isFree  = !into.pending(at)
+  private val isGone  = !into.pending(slot)
 
   private def address(slot: UInt, part: UInt) = PortMemory.Slots.U(2.W) ## (first / 8).U(1.W) ## slot ## part
 
@@ -155,11 +156,14 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
         when(isFree) { copy(at) }.otherwise { goOn() }
       }
     }
-    is(Step.evicts) { step := Mux(isBetter, Step.leaves, Step.counts) }
-    is(Step.leaves) { step := Step.evicted }
+    // If it has gone by itself, which may be since it was found, nothing is dropped.
+    is(Step.evicts) {
+      when(isGone) { copy(slot) }.otherwise { step := Mux(isBetter, Step.leaves, Step.counts) }
+    }
+    is(Step.leaves) { when(isGone) { copy(slot) }.otherwise { step := Step.evicted } }
     is(Step.evicted) {
       // It may have been begun in the last cycle.
-      when(into.pending(slot)) { search() }.otherwise {
+      when(!isGone) { search() }.otherwise {
         drops := true.B
         copy(slot)
       }

@@ -150,7 +150,7 @@ class CanPort(
   private val mode       = RegNext(control, 0.U.asTypeOf(control))
   private val isListener = mode.listenOnly && !mode.loopBack
   timing.setting      := front.timing
-  timing.threeSamples := control.threeSamples
+  timing.threeSamples := mode.threeSamples
   timing.run          := engine.mode.run
   timing.heard        := Mux(mode.loopBack, engine.level, rx && (engine.level || !isListener))
   timing.hard         := engine.hard
@@ -316,9 +316,10 @@ class CanPort(
   for (from <- bridgeFrom; place <- fifo.place; instead <- fifo.instead) {
     val entry  = fifo.second(12, 8)
     val isMine = entry >= CanParams.BridgeFilters.start.U && entry < CanParams.BridgeFilters.end.U
-    // Loop back is of the bus: in relay mode it says nothing (RB-12).
-    val isLooped = front.control.loopBack && !relay.fold(false.B)(_.on)
-    from.taken.valid := fifo.accept && isMine && front.control.bridge && !isLooped
+    // An own frame comes in loop back only, which may be over when its filter has been found. In relay mode
+    // none comes. No reset: a frame is received before it is accepted.
+    val isOwn = RegEnable(engine.sending, happens.received) && !relay.fold(false.B)(_.on)
+    from.taken.valid := fifo.accept && isMine && front.control.bridge && !isOwn
     from.taken.bits  := place
     from.ready       := !host.req || host.write || host.ack
     from.data        := fifo.data

@@ -150,7 +150,8 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   private val hardBit  = RegInit(true.B)
   private val maySend  = mode.loopBack || !mode.listenOnly
   private val mayCount = RegNext(maySend)  // when the sample was taken
-  private val wasLooped = RegNext(mode.loopBack) // likewise
+  private val wasLooped  = RegNext(mode.loopBack)      // likewise
+  private val mayRecover = RegNext(mode.recoverItself) // likewise
 
   // ---- what the bit heard is ----
 
@@ -206,11 +207,13 @@ class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Modu
   // ---- recovery ----
 
   private val inBusOff  = place.is(BusOff)
-  private val goesOn    = inBusOff && (recovers || mode.recoverItself) // to its end, once begun (CB-14)
+  private val goesOn    = inBusOff && (recovers || mayRecover) // to its end, once begun (CB-14)
   private val isEleven  = inBusOff && sampled && heard && place.bit === 10.U
   private val recovered = isEleven && elevens.andR
   counters.clear := recovered
-  when((recover && counters.busOff) || (sampled && goesOn)) { recovers := true.B }
+  // An order counts behind the sample of its cycle, which may be the one that leads to bus-off. Reset: none.
+  private val ordered = RegNext(recover, false.B) && counters.busOffNext
+  when(ordered || (sampled && goesOn)) { recovers := true.B }
   when(isEleven) { elevens := elevens + 1.U }
   when(recovered) { recovers := false.B }
 

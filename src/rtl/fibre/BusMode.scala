@@ -66,9 +66,9 @@ class BusMode extends Module {
   for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, light(n), ticks.sixtyFour)
   watch(stuckOwn, drive, ticks.eight)
 
-  // What does not hang on the own controller is decided a cycle before, as the way of a level through the node
-  // has no time for it. Automatic: without any port up or with both, 1, or 2 for the guard; else that of the
-  // port that is up. Reset: 1, and nothing is heard.
+  // What does not hang on the own controller is decided a cycle before, as the way of a level through the
+  // node has no time for it. Automatic: without any port up or with both, 1, or 2 for the guard; else that of
+  // the port that is up. Reset: 1, and nothing is heard.
   private val isForced     = forced =/= 0.U
   private val becomesTwo   = Mux(isForced, forced === 2.U, Mux(up(0) === up(1), ringGuard.next, up(0)))
   private val becomesThree = Mux(isForced, forced === 3.U, !up(0) && up(1))

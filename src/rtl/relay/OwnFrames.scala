@@ -125,6 +125,13 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   when(phase === (Decides(0) - 1).U && setting.on) { isDeciding := true.B }
   when(tick || phase === (Rest - 1).U || !setting.on) { isDeciding := false.B }
   walk := phase === Walk.U
+
+  // A restart waits until all is done that follows from a bit: else copies of one frame would get different
+  // sequences, or new frames begin in front of the start of the life. Reset: none waits.
+  private val isResting = phase === Rest.U
+  private val lateStart = RegInit(false.B)
+  private val starts    = (restart || lateStart) && isResting
+  lateStart := (restart || lateStart) && !isResting && setting.on
   private val nearsFirst = phase === (Walk + 1).U // the start of a life, in front of the list
   private val isFirst    = RegNext(nearsFirst, false.B)
 
@@ -355,8 +362,8 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
 
   begun    := begunMap
   holds    := isDeciding
-  conflict := inConflict
-  when(restart || !setting.on) {
+  conflict := inConflict && !lateStart // for the host it is over at once
+  when(starts || !setting.on) {
     state      := State.listens
     isCounting := false.B
     inConflict := false.B

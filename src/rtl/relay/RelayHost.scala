@@ -40,7 +40,7 @@ class RelayHost(least: Int) extends Module {
   private val acknowledged = RegInit(false.B) // reset: no access is under way
   private val active       = host.req && !acknowledged
 
-  // ---- distances: those of two sources are a word ----
+  // ---- distances: those of two sources are a word; in bus mode nothing is known, and nobody is asked ----
 
   private val isSecond = RegInit(false.B) // reset: the first one
   private val first    = Reg(UInt(16.W))
@@ -52,7 +52,12 @@ class RelayHost(least: Int) extends Module {
     isSecond := !isSecond
     when(isSecond) { second := told.bits }.otherwise { first := told.bits }
   }
-  acknowledged := active && (!isFar || host.write || (isTold && isSecond))
+  when(!setting.on) {
+    isSecond := false.B
+    first    := 0.U
+    second   := 0.U
+  }
+  acknowledged := active && (!isFar || host.write || !setting.on || (isTold && isSecond))
   host.ack     := acknowledged && isFar
 
   // ---- what the host sets; reset: as the register table says ----

@@ -103,7 +103,7 @@ class Sources extends Module {
   takes               := done && isNew
   double              := done && !isNew && it.kind === LinkKind.Data.U
   told.valid          := step === Step.tells
-  told.bits           := Mux(silent, 0.U, place.distances.asUInt)
+  told.bits           := Mux(silent || clears, 0.U, place.distances.asUInt) // what is not cleared is old
 
   switch(step) {
     is(Step.idle) {

@@ -74,7 +74,16 @@ class TransitLists(schedule: Schedule) extends TransitListsPins {
     val key  = UInt(KeyBits.W)
   }
   private val ram = DualPortRam(Words, SlotBits + KeyBits)(clock)
-  private val got = late(ram.io.readData).asTypeOf(new Entry)
+
+  // A frame is removed from the list in whose last place a walk writes in this cycle: the memory gives the
+  // old word of that place. The slot that is written is taken instead; its key stays `held`. Reset: it is
+  // not.
+  private val meets   = WireDefault(false.B)
+  private val hasMet  = RegNext(meets, false.B)
+  private val metSlot = Reg(UInt(SlotBits.W))
+  private val word    = WireDefault(ram.io.readData.asTypeOf(new Entry))
+  when(hasMet) { word.slot := metSlot }
+  private val got = late(word)
 
   // Where a list begins in its half of 16 places, which it goes round. Reset: nothing waits, the lists are
   // written anew.
@@ -115,7 +124,7 @@ class TransitLists(schedule: Schedule) extends TransitListsPins {
   }
   when(isThere || shifts) {
     held.slot := Mux(isThere, sought, got.slot)
-    held.key  := got.key
+    when(!meets && !late(hasMet)) { held.key := got.key }
   }
   when(shifts) { moves := true.B }
   when(ends) { walks := false.B }
@@ -133,7 +142,11 @@ class TransitLists(schedule: Schedule) extends TransitListsPins {
     moves     := removes
     isCounted := true.B
   }
-  when(removes) { held.slot := it }
+  when(removes) {
+    meets     := sees && of === out // only the walk of a rank through a full list is not over by now
+    metSlot   := held.slot
+    held.slot := it
+  }
   when(late(looks.valid)) { held.key := order }
 
   // ---- what comes and leaves ----

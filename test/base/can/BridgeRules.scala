@@ -159,6 +159,29 @@ abstract class BridgeRules extends AnyFlatSpec {
       assert(b.received(OnT).isEmpty)
     }
 
+  "BR-03: an own frame in loop back that is over with it" should "not be bridged" in bench { b =>
+    b.begin()
+    val bit   = Rate.Fast.bitCycles
+    val frame = CanFrame(0x123, false, false, 0, Nil)
+
+    /** So long behind the request loop back ends, if it does; it is received, and its bus has heard nothing.
+      */
+    def isReceived(cycles: Int, ends: Boolean): Boolean = {
+      b.set(F, Control, Run | Joins | Loop)
+      b.dut.run(20 * bit)
+      b.request(F, 0, frame)
+      b.dut.run(cycles)
+      val isThere = b.get(F, RxLevel, 1) > 0
+      if (ends) b.set(F, Control, Run | Joins)
+      b.dut.run(60 * bit)
+      assert(b.received(OnT).isEmpty, s"loop back ends $cycles cycles behind the request")
+      b.received(F)
+      isThere
+    }
+    val end = (40 to 90).find(bits => isReceived(bits * bit, ends = false)).get * bit
+    for (cycles <- end - 2 * bit to end) isReceived(cycles, ends = true)
+  }
+
   "BR-01: a request" should "come at most 20 us behind the end of the frame" in bench { b =>
     b.begin()
     b.start(T, Joins) // stopped: what is requested stays

@@ -336,6 +336,36 @@ trait ConfirmRules extends RelayCases {
     assert(b.node.read(RingRegisters.Distances + 6, 2) == Seq(0, 0))
   }
 
+  "FR-60, RB-25: distances" should "be 0 in bus mode and behind each switch, read in any cycle" in
+    bench(confirmUs = 100) { b =>
+      val (near, far) = (RingRegisters.Distances + 2 * 3, RingRegisters.Distances + 2 * 120)
+      val sources     = Seq(near, far)
+      def all         = b.node.read(RingRegisters.Distances, 256)
+      def switch(on: Boolean): Unit =
+        b.write(RingRegisters.Control, if (on) 1 << RingRegisters.Relay else 0)
+      def known(): Unit = {
+        b.run(30)
+        b.send(0, from(3, 1, direction = 1, hops = 250), data(1))
+        b.send(0, from(120, 1, direction = 1, hops = 200), data(1))
+        b.finish()
+        assert(sources.map(b.read) == Seq(6, 56))
+      }
+      // Few cycles behind each other, and so many that some sources are forgotten already, and others not.
+      for (cycles <- (0 until 24) ++ (40 until 700 by 44)) {
+        known()
+        for (_ <- 0 until cycles % 25) b.cycle() // of a bit
+        switch(on = false)
+        for (_ <- 0 until cycles % 7) b.cycle()
+        assert(b.read(far) == 0 && all.forall(_ == 0), s"in bus mode, $cycles cycles")
+        assert(b.read(RingRegisters.Address) == 7, "the host goes on")
+        switch(on = true)
+        for (_ <- 0 until cycles) b.cycle()
+        assert(b.read(far) == 0 && b.read(near) == 0, s"$cycles cycles behind the switch")
+        assert(all.forall(_ == 0) && b.read(RingRegisters.Address) == 7)
+      }
+      known()
+    }
+
   "FR-61, RB-13: a node that starts" should "listen, tell its life, and then send data" in withNode { node =>
     val b = new RelayBench(node)
     b.write(RingRegisters.Retries, 1)

@@ -143,11 +143,7 @@ trait LinkRules extends RelayCases {
 
   "RB-06: kinds and bits of later versions" should "pass, and not be delivered" in bench() { b =>
     b.send(0, from(3, 1).copy(kind = 2), data(5))
-    val reserved = new LinkBody
-    val bits     = LinkFrame.bits(5 | 1 << 29, 32) ++ LinkFrame.bits(0, 8)
-    val crc      = LinkCrc.of(LinkFrame.bits(from(3, 2).word, 24) ++ bits)
-    (bits ++ LinkFrame.bits(crc, 32)).foreach(reserved.add)
-    b.send(0, LinkFrame.levels(from(3, 2), reserved).toSeq ++ Seq.fill(8)(true))
+    b.send(0, reserved(from(3, 2), 5 | 1 << 29))
     b.finish()
     assert(
       b.frames(1).filter(_.header.source == 3).map(f => (f.header.kind, f.isGood)) == Seq(
@@ -156,6 +152,33 @@ trait LinkRules extends RelayCases {
       )
     )
     assert(b.received().isEmpty)
+  }
+
+  "RB-06, FR-61: a start of a life with bits of later versions" should "pass, and begin no life" in bench() {
+    b =>
+      for ((word, length) <- Seq((1 << 29, 0), (1 << 11, 0), (0, 1 << 4), (0, 1 << 7))) {
+        val first             = b.now
+        def starts(life: Int) = from(3, life).copy(kind = LinkKind.Start)
+        b.send(0, starts(1), CanFrame(0, extended = false, remote = false, 0, Nil))
+        b.send(0, from(3, 10), data(1))
+        b.send(0, reserved(starts(2), word, length))
+        b.send(0, from(3, 10), data(2)) // the same life: it came before
+        b.send(0, starts(3), CanFrame(0, extended = false, remote = false, 0, Nil))
+        b.send(0, from(3, 10), data(3))
+        b.finish()
+        assert(b.received().map(_.id) == Seq(1, 3), s"word $word, length $length")
+        val passed = b.frames(1, first).filter(_.header.source == 3)
+        assert(passed.size == 6 && passed.forall(_.isGood))
+      }
+  }
+
+  /** A frame without data that has these words behind its header, with its end. */
+  private def reserved(header: LinkHeader, word: Int, length: Int = 0): Seq[Boolean] = {
+    val body = new LinkBody
+    val bits = LinkFrame.bits(word, 32) ++ LinkFrame.bits(length, 8)
+    val crc  = LinkCrc.of(LinkFrame.bits(header.word, 24) ++ bits)
+    (bits ++ LinkFrame.bits(crc, 32)).foreach(body.add)
+    LinkFrame.levels(header, body).toSeq ++ Seq.fill(8)(true)
   }
 
   "FR-48, RB-07: four waiting frames" should "keep own ones back, and leave without a gap" in bench() { b =>

@@ -9,7 +9,7 @@ import org.scalatest.flatspec.AnyFlatSpec
   * order and a sample in the same cycle are too rare for random buses.
   */
 class HostInAnyCycleSpec extends AnyFlatSpec {
-  import CanCases.OneShot
+  import CanCases.{OneShot, RecoversItself, ThreeSamples}
   private val port             = PortStarts.head
   private val frame            = CanFrame(0x555, extended = false, remote = false, 1, Seq(0x5a))
   private val wire             = Wire(frame)
@@ -18,15 +18,27 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   /** @param slots
     *   that are requested, of which slot 0 with `frame` is first; none: the port hears what the others do
     * @param others
-    *   what the others drive, bit by bit, from the SOF on; R: the port hears recessive whatever it drives
+    *   what the others drive, bit by bit, from the SOF on; R: the port hears recessive whatever it drives; G:
+    *   dominant, but for the quantum of the sample point
     * @param at
-    *   the bit with which something happens
+    *   the bit with which something happens; none: it is that the port goes off the bus
     * @param shows
     *   a register that is not 0 behind it, if it has happened
     * @param control
     *   what the port is set to
     */
-  private case class Scene(name: String, slots: Int, others: String, at: Int, shows: Int, control: Int = 0)
+  private case class Scene(
+      name: String,
+      slots: Int,
+      others: String,
+      at: Option[Int],
+      shows: Int,
+      control: Int = 0
+  )
+  private object Scene {
+    def apply(name: String, slots: Int, others: String, at: Int, shows: Int): Scene =
+      new Scene(name, slots, others, Some(at), shows)
+  }
 
   private def counter(name: String) = Counters + CounterNames.indexOf(name)
   private val BitErrors             = counter("bit_errors")
@@ -37,7 +49,7 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   private val end                               = wire.levels.length // of the CRC
   private val whole                             = quiet(end) + Wire.Acked + Wire.Eof
   private def dominant(others: String, at: Int) = others.updated(at, '0')
-  private val scenes = for {
+  private val inFrame = for {
     scene <- Seq(
       Scene("the frame begins", slots = 1, whole, 0, Sent),
       Scene(
@@ -72,11 +84,31 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     mode <- Seq(0, OneShot)
   } yield scene.copy(name = s"${scene.name}${if (mode == 0) "" else ", one shot"}", control = mode)
 
+  // Each bit of a SOF and of an active flag is an error, then each SOF.
+  private val goesOff = Scene("it goes off the bus", slots = 1, "R" * 460, None, counter("bus_offs"))
+  private val glitch = Scene(
+    "the acknowledgement has a glitch",
+    slots = 1,
+    whole.updated(end + 1, 'G'),
+    Some(end + 1),
+    Sent,
+    ThreeSamples
+  )
+  private val scenes =
+    inFrame ++ Seq(
+      glitch,
+      goesOff,
+      goesOff.copy(name = s"${goesOff.name} for a time", control = RecoversItself)
+    )
+
   /** An order of the host: an address, and what it writes there with this setting. */
   private val orders = Seq[(String, Int, Int => Seq[Int])](
     ("a stop", Control, c => Seq(c)),
     ("a stop with a change of one shot", Control, c => Seq(c ^ OneShot)),
+    ("a stop that clears all", Control, _ => Seq(0)),
     ("a change of one shot", Control, c => Seq(1 | c ^ OneShot)),
+    ("a change of what bus-off means", Control, c => Seq(1 | c ^ RecoversItself)),
+    ("an order to recover", Command, _ => Seq(1)),
     ("an abort", Aborts, _ => Seq(1, 0)),
     ("an abort of all", Command, _ => Seq(4)),
     ("a clear of the counters", Command, _ => Seq(2)),
@@ -92,10 +124,11 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     * @param order
     *   an address, what is written there, and the cycle in which that begins
     * @return
-    *   the first cycle of the SOF
+    *   the cycle in which the bit begins with which it happens
     */
   private def run(scene: Scene, s: BitSetting, what: String, order: Option[(Int, Seq[Int], Long)]): Long = {
-    var sof = -1L
+    var sof     = -1L
+    var happens = Long.MaxValue
     CanSimulation(CanParams()) { rtl =>
       val twin  = new Twin(rtl.asInstanceOf[RtlPort], what)
       var opens = Long.MaxValue // the cycle in which the others begin
@@ -103,7 +136,11 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
         if (sof < 0 && (!twin.driven || twin.cycle == opens)) sof = twin.cycle
         val bit   = if (sof < 0) -1 else ((twin.cycle - sof) / s.length).toInt
         val heard = scene.others.lift(bit).getOrElse('1')
-        twin.step(heard == 'R' || (heard == '1' && twin.driven))
+        if (happens == Long.MaxValue && sof >= 0)
+          for (isNow <- scene.at.map(_ == bit).orElse(Option.when(order.isEmpty)(twin.isOffBus)) if isNow)
+            happens = twin.cycle - (if (scene.at.isEmpty) s.length else 0)
+        val isGlitch = heard == 'G' && (twin.cycle - sof) % s.length == s.tseg1
+        twin.step(heard == 'R' || isGlitch || (heard == '1' && twin.driven))
       }
       def write(address: Int, bytes: Int*): Unit = twin.writeWord(address, bytes)(pass)
       write(port + Timing, 0, 0, s.tseg1 - 1, s.tseg2 - 1 | s.sjw - 1 << 4)
@@ -122,15 +159,20 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
         while (twin.cycle < cycle) pass()
         write(port + address, bytes: _*)
       }
-      val end = twin.cycle + 15 * s.length // by then a frame has begun, if there is one
-      while (twin.cycle < end || (sof >= 0 && twin.cycle < sof + (scene.others.length + 30) * s.length))
+      val end  = twin.cycle + 16 * s.length // by then a frame has begun, if there is one
+      val tail = if (scene.at.isEmpty) Recovery else 30
+      while (twin.cycle < end || (sof >= 0 && twin.cycle < sof + (scene.others.length + tail) * s.length))
         pass()
       for (w <- Seq(Control, ErrorCounters, LastError, Counters, Counters + 4, RxLevel, Requests, Sent))
         twin.compareWord(port + w)(pass)
       if (order.isEmpty) assert(twin.read(port + scene.shows, 1).head != 0, s"it has not happened: $what")
     }
-    sof
+    assert(order.nonEmpty || happens != Long.MaxValue, what)
+    happens
   }
+
+  /** Bits in which a port that recovers has begun its next frame. */
+  private val Recovery = 128 * 11 + 60
 
   /** Cycles until a write of a register is acknowledged: all slots are looked at one after the other. */
   private def latency(address: Int) = if (address == Requests) 20 else 4
@@ -141,11 +183,11 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
         for {
           scene <- scenes
           s     <- settings.take(tier.size.toInt)
-          sof   = run(scene, s, s"${scene.name}, $s", None)
-          first = sof + (scene.at - 1) * s.length - latency(address)
-          cycle <- first until first + 3 * s.length
+          at    = run(scene, s, s"${scene.name}, $s", None)
+          first = at - s.length - latency(address)
+          cycle <- first until first + 5 * s.length
         } {
-          val what = s"$name, written ${cycle - sof} cycles behind the SOF, $s, ${scene.name}"
+          val what = s"$name, written ${cycle - at} cycles behind the beginning of the bit, $s, ${scene.name}"
           run(scene, s, what, Some((address, bytes(scene.control), cycle)))
         }
       }

@@ -34,6 +34,9 @@ class Twin(rtl: RtlPort, what: String) extends Sender with Assertions {
     if (count == heard.length) catchUp()
   }
 
+  /** Of the model. */
+  def isOffBus: Boolean = super.read(CanRegisters.PortStarts.head + 2, 1).head % 4 == CanState.BusOff
+
   /** The RTL comes to the time of the model. */
   def catchUp(): Unit = {
     val start = rtl.cycle

@@ -75,6 +75,28 @@ class OwnFramesSpec extends AnyFlatSpec {
       assert(seen("most") == OwnFramesModel.Window, "all sequences were on their way")
     }
 
+  "RB-13: a start in any cycle of the bits in which own frames begin" should
+    "do what it does in the model between two bits" in {
+      val seen = mutable.Map.empty[String, Long].withDefaultValue(0L)
+      for (mhz <- Seq(50, 100))
+        RawTester.test(
+          new OwnNode(CanParams(coreClockMhz = mhz)),
+          Simulation.annotations(this, s"starts $mhz")
+        ) { dut =>
+          for (run <- 1 to 3)
+            new Node(
+              dut,
+              CanParams(coreClockMhz = mhz),
+              new Random(mhz + run),
+              seen,
+              isCalm = false,
+              startsOften = true
+            ).run(run.toLong)
+        }
+      info(s"${seen("starts")} starts")
+      for (cycle <- 0 to 24) assert(seen(s"start $cycle") > 0, s"one in cycle $cycle behind the end of a bit")
+    }
+
   "CAN-40, FR-55: slots that are given up at any moment" should
     "be over once, and never be on their way without being pending" in
     RawTester.test(new OwnNode(CanParams()), Simulation.annotations(this, "given up")) { dut =>
@@ -141,20 +163,22 @@ class OwnFramesSpec extends AnyFlatSpec {
       p: CanParams,
       random: Random,
       seen: mutable.Map[String, Long],
-      isCalm: Boolean
+      isCalm: Boolean,
+      startsOften: Boolean = false // in bits in which an own data frame begins
   ) {
     private val least   = LinkTiming.least(p.coreClockMhz)
     private val unit    = 10 * p.coreClockMhz
     private val bit     = if (isCalm || random.nextBoolean()) least else random.between(least, least + 35)
     private val model   = new RelayModel(p)
     private val up      = Array(random.nextBoolean(), true)
-    private val sources = Seq.fill(2)(new Source(random, bit, isCalm))
+    private val sources = Seq.fill(2)(new Source(random, bit, isCalm || startsOften))
     private val came    = Array.fill(2)(Option.empty[LinkHeader]) // home, in the model
     private val delays  = Array(-1, -1)                           // cycles until the RTL knows it
     private val port    = CanRegisters.PortStarts(0)
     private var life    = random.nextInt(128)
     private var asked   = Option.empty[(Int, CanFrame)]
     private val writes  = mutable.Queue.empty[(Int, Long)]
+    private var startAt = Option.empty[Int] // the cycle of this or the next bit in which it starts anew
 
     private def map(which: Int) = {
       val bytes = model.read(port + which, 2)
@@ -162,10 +186,11 @@ class OwnFramesSpec extends AnyFlatSpec {
     }
 
     private def start(): Unit = {
-      val confirm = if (isCalm) 10 else 8 + random.nextInt(if (random.nextBoolean()) 10 else 150)
+      val confirm =
+        if (isCalm) 10 else if (startsOften) 4 else 8 + random.nextInt(if (random.nextBoolean()) 10 else 150)
       val retries = random.nextInt(4)
       val oneShot = !isCalm && random.nextInt(4) == 0
-      val address = if (!isCalm && random.nextInt(10) == 0) 0 else Own
+      val address = if (!isCalm && !startsOften && random.nextInt(10) == 0) 0 else Own
       model.write(RingRegisters.LinkBit, Seq(bit, 0))
       model.write(RingRegisters.Address, Seq(address))
       model.write(RingRegisters.Confirm, Seq(confirm, 0, retries))
@@ -180,6 +205,10 @@ class OwnFramesSpec extends AnyFlatSpec {
           case _               => sources(1 - h.direction).comes(h)
         }
         if (h.kind == LinkKind.Start) seen("lives") += 1
+        else if (startsOften && startAt.isEmpty && random.nextBoolean()) {
+          startAt = Some((seen("starts") * 7 % least).toInt) // each cycle in turn
+          seen("starts") += 1
+        }
       }
       dut.bitCycles.poke(bit)
       dut.setting.on.poke(true)
@@ -214,13 +243,27 @@ class OwnFramesSpec extends AnyFlatSpec {
       }
       if (model.node.isConflict && random.nextInt(100) == 0 || !isCalm && random.nextInt(8000) == 0) {
         if (model.node.isConflict) seen("conflicts") += 1
-        life = life + 1 & 127
-        model.write(RingRegisters.Life, Seq(life))
-        model.write(RingRegisters.Control, Seq(1 << RingRegisters.Relay | 1 << RingRegisters.ClearConflict))
-        dut.setting.life.poke(life)
-        dut.restart.poke(true)
+        startAt = Some(random.nextInt(bit))
       }
     }
+
+    /** The node starts anew, with another life from the end of that bit on. */
+    private def starts(cycle: Int): Unit = {
+      if (startAt.contains(cycle % bit)) {
+        seen(s"start ${cycle % bit}") += 1
+        model.write(RingRegisters.Control, Seq(1 << RingRegisters.Relay | 1 << RingRegisters.ClearConflict))
+        dut.restart.poke(true)
+        startAt = None
+        isStarted = true
+      }
+      if (isStarted && cycle % bit == bit - 1) {
+        life = life + 1 & 127
+        model.write(RingRegisters.Life, Seq(life))
+        dut.setting.life.poke(life)
+        isStarted = false
+      }
+    }
+    private var isStarted = false
 
     /** A slot is filled in both, word by word, and requested. */
     private def request(): Unit = {
@@ -295,6 +338,7 @@ class OwnFramesSpec extends AnyFlatSpec {
         dut.aborts.poke(0)
         dut.restart.poke(false)
         if (cycle % bit == bit - 2) host(cycle)
+        starts(cycle)
         request()
         if (dut.appended.peekBoolean()) {
           val slot = asked.get._1

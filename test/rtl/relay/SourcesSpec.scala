@@ -55,7 +55,7 @@ class SourcesSpec extends AnyFlatSpec {
         dut.on.poke(false)
         dut.clock.step()
         dut.on.poke(true)
-        dut.clock.step(600)
+        dut.clock.step(700) // all are forgotten
         model.clear()
       }
       def distances(source: Int): Int = {
@@ -120,5 +120,55 @@ class SourcesSpec extends AnyFlatSpec {
         if (step == 20000) for (_ <- 0 until 70000) unit() // the time goes round
       }
       assert(seen.size == 5 && seen.values.forall(_ > 300), s"$seen")
+    }
+
+  "FR-60, RB-25: what was known before a switch" should "be told in no cycle behind it" in
+    RawTester.test(new Bench, Simulation.annotations(this, "switched sources")) { dut =>
+      val Last = 127
+      for (pin <- Seq(dut.unit, dut.frame.valid, dut.asks.valid)) pin.poke(false)
+      dut.confirm.poke(40)
+      dut.on.poke(false)
+      dut.clock.step(3)
+      dut.on.poke(true)
+      dut.asks.bits.poke(Last)
+
+      /** Whether something is told in this cycle, and what. */
+      def told: Option[BigInt] =
+        if (dut.told.valid.peekBoolean()) Some(dut.told.bits.peekInt()) else None
+      def ask(): BigInt = {
+        dut.asks.valid.poke(true)
+        while (told.isEmpty) dut.clock.step()
+        val is = told.get
+        dut.clock.step()
+        dut.asks.valid.poke(false)
+        dut.clock.step()
+        is
+      }
+      for (cycles <- (0 until 20) ++ (20 until 800 by 13)) {
+        dut.clock.step(700)
+        val it = dut.frame.bits
+        for ((field, value) <- Seq(it.kind -> 0, it.sentBy -> 1, it.source -> Last, it.sequence -> cycles))
+          field.poke(value)
+        it.distance.poke(9)
+        it.receivedBy.poke(0)
+        dut.frame.valid.poke(true)
+        while (!dut.done.peekBoolean()) dut.clock.step()
+        dut.clock.step()
+        dut.frame.valid.poke(false)
+        assert(ask() == 9)
+
+        // A question that is under way when the mode is switched off, or one behind the switch.
+        dut.asks.valid.poke(cycles % 2 == 0)
+        dut.clock.step(1 + cycles  % 5)
+        dut.on.poke(false)
+        dut.clock.step(1 + cycles % 3)
+        dut.on.poke(true)
+        for (cycle <- 0 until 800) {
+          dut.asks.valid.poke(cycles % 2 == 0 || cycle >= cycles)
+          assert(told.forall(_ == 0), s"cycle $cycle behind a switch, asked $cycles cycles behind it")
+          dut.clock.step()
+        }
+        assert(ask() == 0)
+      }
     }
 }

@@ -10,16 +10,24 @@ import scala.util.Random
 class TransitListsSpec extends AnyFlatSpec {
   for (isLong <- Seq(false, true))
     s"FR-48, RB-08: frames that wait at two outputs, ${Schedule(isLong)}" should
-      "leave in the model's order" in leave(Schedule(isLong))
+      "leave in the model's order" in leave(Schedule(isLong), isFull = false)
 
-  private def leave(schedule: Schedule): Unit = {
-    val design = Simulation.annotations(this, s"transit lists ${schedule.isLong}")
+  for (isLong <- Seq(false, true))
+    s"FR-47, FR-48: a frame removed as soon as the last of eight has its place, ${Schedule(isLong)}" should
+      "leave the list whole" in leave(Schedule(isLong), isFull = true)
+
+  /** @param isFull
+    *   nothing leaves but lists of eight frames with their places
+    */
+  private def leave(schedule: Schedule, isFull: Boolean): Unit = {
+    val design = Simulation.annotations(this, s"transit lists ${schedule.isLong} $isFull")
     RawTester.test(new TransitLists(schedule), design) { dut =>
       val random = new Random(4)
       val models = Seq.fill(2)(new TransitModel)
       val frames =
         Array.fill(2)(ListMap.empty[Incoming, Int]) // those that wait, older ones first; their slots
       val most = Array(0, 0)
+      var full = 0 // frames that were removed right behind the longest walk there is
       for (
         pin <- Seq(dut.asks, dut.put, dut.ranks, dut.removes, dut.looks.valid, dut.take) ++ dut.drop ++
           dut.names.map(_.valid)
@@ -42,6 +50,9 @@ class TransitListsSpec extends AnyFlatSpec {
         pulse(dut.drop(out))
       }
 
+      def known(out: Int)    = frames(out).keys.filter(_.order.nonEmpty).toSeq
+      def mayLeave(out: Int) = !isFull || known(out).size == TransitLists.Most
+
       /** Waits until a cycle before an entry is there. */
       def answers(): Unit = for (_ <- 1 until schedule.entryCycles) dut.clock.step()
 
@@ -58,7 +69,7 @@ class TransitListsSpec extends AnyFlatSpec {
         for (f <- models(out).first) {
           dut.first.expect(frames(out)(f))
           for (its <- f.order) dut.isBefore.expect(order < its)
-          if (random.nextBoolean()) {
+          if (random.nextBoolean() && mayLeave(out)) {
             models(out).remove(f)
             pulse(dut.take)
             dut.leaving(out).expect(frames(out)(f))
@@ -67,21 +78,40 @@ class TransitListsSpec extends AnyFlatSpec {
         }
       }
 
-      /** A walk, which a drop may meet, or a look behind it. */
+      /** One that waits, if there is one. */
+      def remove(out: Int): Boolean = {
+        val it = random.shuffle(frames(out).keys.toSeq).headOption.filter(_ => mayLeave(out))
+        for (f <- it) {
+          val slot = frames(out)(f)
+          models(out).remove(f)
+          frames(out) -= f
+          dut.out.poke(out)
+          walk(out, slot, dut.removes)
+        }
+        it.nonEmpty
+      }
+
+      /** A walk, which a drop may meet, or behind it a look, or another walk. */
       def walk(out: Int, slot: Int, order: Bool): Unit = {
         dut.it.poke(slot)
         pulse(order)
         val met = if (random.nextInt(40) == 0) random.nextInt(schedule.walkCycles - 2) else -1
         for (cycle <- 1 until schedule.walkCycles) if (cycle == met) drop(out) else dut.clock.step()
-        if (random.nextBoolean()) dut.clock.step() else look(random.nextInt(2))
+        random.nextInt(4) match {
+          case 0 => look(random.nextInt(2))
+          case 1 =>
+            val other  = random.nextInt(2)
+            val isLong = order == dut.ranks && other == out && known(out).size == TransitLists.Most
+            if (!remove(other)) dut.clock.step() else if (isLong) full += 1
+          case _ => dut.clock.step()
+        }
       }
       for (step <- 0 until 12000) {
         val out   = random.nextInt(2)
         val model = models(out)
-        def known = frames(out).keys.filter(_.order.nonEmpty).toSeq
         dut.out.poke(out)
         dut.size.expect(model.size, s"step $step")
-        dut.known.expect(known.size, s"step $step")
+        dut.known.expect(known(out).size, s"step $step")
         random.nextInt(7) match {
           case 0 | 1 =>
             val f = new Incoming(0, LinkHeader(0, 0, 1, 0, 9), new LinkBody, 0)
@@ -109,19 +139,14 @@ class TransitListsSpec extends AnyFlatSpec {
               dut.names(port).valid.poke(false)
               walk(out, frames(out)(f), dut.ranks)
             }
-          case 4 if random.nextBoolean() =>
-            for (f <- random.shuffle(frames(out).keys.toSeq).headOption) {
-              val slot = frames(out)(f)
-              model.remove(f)
-              frames(out) -= f
-              walk(out, slot, dut.removes)
-            }
-          case 5 | 6 => look(out)
-          case _     => if (random.nextInt(40) == 0) drop(out)
+          case 4 if random.nextBoolean() => remove(out)
+          case 5 | 6                     => look(out)
+          case _                         => if (random.nextInt(40) == 0) drop(out)
         }
         most(out) = most(out) max model.size
       }
       assert(most.toSeq == Seq.fill(2)(TransitLists.Most))
+      if (isFull) assert(full > 100)
     }
   }
 }
