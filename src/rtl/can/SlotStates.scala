@@ -64,7 +64,9 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   val aborted = IO(Output(Bool()))
   val ended   = IO(Output(Bool()))
 
-  /** In bus mode, where nobody `holds`, the same as `aborted`, and known early in the cycle. */
+  /** In bus mode, where nobody `holds`, the same as `aborted`, and known early in the cycle; with a switch of
+    * the mode also if nothing is pending.
+    */
   val mayAbort = IO(Output(Bool()))
 
   // Reset: nothing is to be sent.

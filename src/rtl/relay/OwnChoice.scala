@@ -75,7 +75,7 @@ class OwnChoice(p: CanParams) extends Module {
       for (p <- 0 to 1) when(it.waits(p)) { hasOld(p) := true.B }
     }
     when(it.kept && !it.begun && !passed && !has && !taken) { has := true.B }
-    // What it is that there is now or may be: that this is so is known late in the cycle.
+    // Written until there is one: that this entry is one is known too late to ask for it here.
     when(!has) { fresh := now }
     for (p <- 0 to 1) when(!hasOld(p)) {
       old(p)      := now

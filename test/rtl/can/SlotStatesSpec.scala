@@ -6,7 +6,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
 class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
-  private val p = CanParams()
+  private val p = CanParams(bridge = true)
 
   "CAN-40, CB-04, CB-12: a slot" should
     "be pending until it is sent, fails, or is aborted while not on the wire" in
@@ -15,7 +15,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
       var (pending, sent, failed) = (Set.empty[Int], Set.empty[Int], Set.empty[Int])
       var onWire                  = Option.empty[Int]
       var aborts                  = false          // what is on the wire
-      var leaving                 = Set.empty[Int] // orders of the cycle before
+      var leaving                 = Set.empty[Int] // orders of the cycle before, of host or bridge
       var before                  = Set.empty[Int] // what was pending in it
       var over                 = Option.empty[(Int, Boolean)] // the attempt that was over then, well or not
       def map(slots: Set[Int]) = slots.foldLeft(BigInt(0))((m, s) => m.setBit(s))
@@ -24,6 +24,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         val oneShot = random.nextInt(8) == 0
         val request = Option.when(random.nextInt(3) == 0)(random.nextInt(p.slots)).filterNot(pending)
         val abort   = if (random.nextInt(6) == 0) some(8) else Set.empty[Int]
+        val evicts  = if (random.nextInt(6) == 0) some(4) & CanParams.BridgeSlots.toSet else Set.empty[Int]
         val clears  = Seq.fill(2)(if (random.nextInt(6) == 0) some(3) else Set.empty[Int])
         val mayGo   = (pending & before) -- leaving -- over.map(_._1)
         val takes =
@@ -35,6 +36,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.request.valid.poke(request.nonEmpty)
         dut.request.bits.poke(request.getOrElse(0))
         dut.abort.poke(map(abort))
+        dut.evict.get.poke(map(evicts) >> CanParams.BridgeSlots.start)
         dut.clearSent.poke(map(clears(0)))
         dut.clearFailed.poke(map(clears(1)))
         dut.takes.valid.poke(takes.nonEmpty)
@@ -56,7 +58,7 @@ class SlotStatesSpec extends AnyFlatSpec with ChiselScalatestTester {
         over = held.filter(_ => ends && (isSent || oneShot || aborts)).map(_ -> isSent)
         onWire = held.filterNot(_ => ends)
         aborts &&= !ends
-        leaving = abort
+        leaving = abort ++ evicts
         dut.pending.expect(map(pending), s"cycle $cycle")
         dut.sentAll.expect(map(sent), s"cycle $cycle")
         dut.failedAll.expect(map(failed), s"cycle $cycle")
