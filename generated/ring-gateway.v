@@ -4829,6 +4829,10 @@ module TransitLists(
   wire        isFree = writing[5] & ~sees & ~take;
   wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
   wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
+  wire [31:0] _ram_io_writeData_T_13 =
+    (names_0_valid ? names_0_bits_isExtended : names_1_bits_isExtended)
+      ? {named_identifier[28:18], 2'h3, named_identifier[17:0], named_isRemote}
+      : {named_identifier[10:0], named_isRemote, 20'h0};
   wire        ends = sees & got_slot == sought;
   wire        _GEN_2 = ends & isCounted;
   wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
@@ -4970,11 +4974,7 @@ module TransitLists(
       : {1'h0, sees ? {of, seenPlace} : take ? {outThen, _GEN_1 ^ 4'h8} : writing[4:0]};
   assign _ram_writeData =
     {sees ? held_slot : take ? (outThen ? leavings_1 : leavings_0) : writing[3:0],
-     sees
-       ? held_key
-       : (names_0_valid ? names_0_bits_isExtended : names_1_bits_isExtended)
-           ? {named_identifier[28:18], 2'h3, named_identifier[17:0], named_isRemote}
-           : {named_identifier[10:0], named_isRemote, 20'h0}};
+     sees ? held_key : _ram_io_writeData_T_13[31] ? 32'h80000000 : _ram_io_writeData_T_13};
   assign _ram_readAddress = ranks ? {1'h1, port, 4'h0} : {1'h0, readOf, _readPlace_T};
   DualPortRam #(
     .ADDRESS_BITS(6),
@@ -5183,6 +5183,7 @@ module PassingOn(
   wire        _lists_removes;
   wire [3:0]  _lists_it;
   wire        _lists_looks_valid;
+  wire [31:0] _lists_order;
   wire [3:0]  _lists_size;
   wire [3:0]  _lists_known;
   wire        _lists_isBefore;
@@ -5324,8 +5325,11 @@ module PassingOn(
   reg         wants;
   reg         noName;
   reg         mayPass;
+  reg  [6:0]  passed_0;
+  reg  [6:0]  passed_1;
   wire        isOwnNext = wants & (noName | _lists_isBefore);
   wire        goes = on & (isOwnNext ? mayOwn : mayPass);
+  wire        _lists_order_T = asked_0 ? (&passed_1) : (&passed_0);
   wire        _GEN_23 = begin_0 & goes;
   wire        _GEN_24 = _GEN_23 & isOwnNext;
   wire [8:0]  _GEN_25 = {5'h0, _lists_first};
@@ -5411,6 +5415,8 @@ module PassingOn(
       leaves_1 <= 1'h0;
       begin_0 <= 1'h0;
       begin_1 <= 1'h0;
+      passed_0 <= 7'h0;
+      passed_1 <= 7'h0;
     end
     else begin
       renew <= bitCycles != renew_REG;
@@ -5449,6 +5455,24 @@ module PassingOn(
         on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_37) & leaves_1 : ~_GEN_37 & leaves_1));
       begin_0 <= asked_0;
       begin_1 <= asked_1;
+      if (on) begin
+        if (_GEN_23) begin
+          if (isOwnNext)
+            passed_0 <= 7'h0;
+          else
+            passed_0 <= passed_0 + {6'h0, ~(&passed_0)};
+        end
+        if (_GEN_26) begin
+          if (isOwnNext)
+            passed_1 <= 7'h0;
+          else
+            passed_1 <= passed_1 + {6'h0, ~(&passed_1)};
+        end
+      end
+      else begin
+        passed_0 <= 7'h0;
+        passed_1 <= 7'h0;
+      end
     end
   end // always @(posedge, posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
@@ -5571,6 +5595,7 @@ module PassingOn(
   assign _lists_removes = asks & _GEN_15 & (~_GEN_14 | report_bad);
   assign _lists_it = meant[3:0];
   assign _lists_looks_valid = phase == 5'h17 | looks_1;
+  assign _lists_order = order[31] ? {~_lists_order_T, {31{_lists_order_T}}} : order;
   TransitLists lists (
     .clock                   (clock),
     .reset                   (reset),
@@ -5595,7 +5620,7 @@ module PassingOn(
     .it                      (_lists_it),
     .looks_valid             (_lists_looks_valid),
     .looks_bits              (looks_1),
-    .order                   (order),
+    .order                   (_lists_order),
     .isBefore                (_lists_isBefore),
     .take                    (_GEN_28),
     .first                   (_lists_first),
@@ -6138,10 +6163,16 @@ module OwnFrames(
   wire        isPast = ~isBegin & (&was_left);
   wire        isTime = isPast | (isBegin ? setting_confirm == 16'h0 : was_left == 20'h0) & unitNow;
   wire [3:0]  r3_sequence = isFresh ? _latest_T : was_sequence;
-  wire [1:0]  r0_copies_0 = hasBegun_0 ? 2'h2 : isFresh ? {1'h0, wereUp_0} : was_copies_0;
-  wire [1:0]  r0_copies_1 = hasBegun_1 ? 2'h2 : isFresh ? {1'h0, wereUp_1} : was_copies_1;
-  wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : r0_copies_0;
-  wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : r0_copies_1;
+  wire [1:0]  r0_copies_0 =
+    hasBegun_0
+      ? 2'h2
+      : hasBegun_1 & (&was_left) & (&was_copies_0) & ~isFresh ? 2'h1 : isFresh ? {1'h0, wereUp_0} : was_copies_0;
+  wire [1:0]  r0_copies_1 =
+    hasBegun_1
+      ? 2'h2
+      : hasBegun_0 & (&was_left) & (&was_copies_1) & ~isFresh ? 2'h1 : isFresh ? {1'h0, wereUp_1} : was_copies_1;
+  wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : down_1 & isTime & (&r0_copies_0) ? 2'h1 : r0_copies_0;
+  wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : down_0 & isTime & (&r0_copies_1) ? 2'h1 : r0_copies_1;
   wire        came_0 = isOwn_0 & (isFirst | isTheirs_0);
   wire        came_1 = isOwn_1 & (isFirst | isTheirs_1);
   wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;

@@ -21,6 +21,13 @@ final class Flight(val slot: Option[Int], val kind: Int, val sequence: Int, val 
   var isAborted: Boolean   = false // the host wants it no more: it is not repeated
   var isConfirmed: Boolean = false // it is done when no copy is being sent any more (RB-24)
 
+  /** What happened to its copies since they were looked at last: the port went down, or came up; the other
+    * one began when the time of this one was over.
+    */
+  val wentDown: Array[Boolean] = Array(false, false)
+  val cameUp: Array[Boolean]   = Array(false, false)
+  val isOld: Array[Boolean]    = Array(false, false)
+
   def isWaiting: Boolean = copies.contains(Waits)
 
   /** FR-57 for copies that came back where they left. */
@@ -122,6 +129,7 @@ class OwnFramesModel(host: OwnHost) {
       old.forall(host.slots.pendingFrame(s).order < _.order)
     }
     val flight = if (isNew) create(slot.get) else old.get
+    flight.isOld(1 - port) = dueOf(flight) <= host.unit
     flight.copies(port) = Sent
     flight.begun = host.unit
     flight.patience = host.confirm.toLong << (flight.repeats min MostDoublings)
@@ -144,22 +152,46 @@ class OwnFramesModel(host: OwnHost) {
   def home(header: LinkHeader, port: Int): Unit =
     for (f <- flights.find(f => f.kind == header.kind && f.sequence == header.sequence)) {
       if (port != header.direction) f.isConfirmed = true
-      else if (f.copies(port) == Sent) {
-        f.copies(port) = Home
-        f.isConfirmed |= f.isHome
-      }
+      else if (f.copies(port) == Sent) f.copies(port) = Home
     }
 
   /** A port has gone down. */
   def portDown(port: Int): Unit = for (f <- flights if f.copies(port) != NotSent) {
     f.copies(port) = Gone
-    f.isConfirmed |= f.isHome
+    f.wentDown(port) = true
   }
+
+  /** A port has come up. */
+  def portUp(port: Int): Unit = for (f <- flights) f.cameUp(port) = true
+
+  /** At the end of a bit: what does not hold any more of what is known of copies (RB-29). */
+  def forget(): Unit = for (f <- flights) {
+    if (!f.isConfirmed) for (port <- 0 to 1) {
+      if (f.copies(port) == Home && (f.isOld(port) || (f.wentDown(1 - port) && dueOf(f) <= host.unit)))
+        again(f, port)
+      if (f.cameUp(port) && (f.copies(port) == Gone || f.copies(port) == NotSent)) f.copies(port) = Waits
+    }
+    for (flags <- Seq(f.wentDown, f.cameUp, f.isOld); port <- 0 to 1) flags(port) = false
+  }
+
+  /** A copy that has come home goes again, as a repeat; without one its time runs. */
+  private def again(f: Flight, port: Int): Unit =
+    if (isUseless(f)) f.copies(port) = Sent
+    else {
+      f.copies(port) = Waits
+      f.repeats += 1
+      host.counts(RelayCounter.Repeated)
+    }
+
+  private def isUseless(f: Flight) = f.isAborted || host.isOneShot || f.repeats >= host.retries
 
   private def idle = flights.toSeq.filterNot(host.isSending)
 
   /** Frames that are confirmed are done. */
-  def settle(): Unit = idle.filter(_.isConfirmed).foreach(ends(_, isSent = true))
+  def settle(): Unit = {
+    for (f <- flights) f.isConfirmed |= f.isHome
+    idle.filter(_.isConfirmed).foreach(ends(_, isSent = true))
+  }
 
   /** Frames on their way fail. */
   def fail(): Unit = idle.foreach(ends(_, isSent = false))
@@ -170,12 +202,12 @@ class OwnFramesModel(host: OwnHost) {
   private def dueOf(f: Flight) = f.begun + f.patience + 1
 
   /** Something is done as soon as no copy is being sent. */
-  def isSettling: Boolean = flights.exists(_.isConfirmed)
+  def isSettling: Boolean = flights.exists(f => f.isConfirmed || f.isHome)
 
   /** Repeats what is due (FR-58). */
   def pass(): Unit =
     if (flights.nonEmpty) for (f <- idle if !f.isConfirmed && !f.isWaiting && dueOf(f) <= host.unit) {
-      if (f.isAborted || host.isOneShot || f.repeats >= host.retries) ends(f, isSent = false)
+      if (isUseless(f)) ends(f, isSent = false)
       else {
         f.repeats += 1
         wait(f)

@@ -80,6 +80,8 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   private var state               = Listens
   private var listenEnd           = Option.empty[Long]                    // the unit
   private val homes               = mutable.Queue.empty[(Long, Incoming)] // and when they count
+  private val passed              = Array(0, 0)                           // since the last own frame
+  private var turns               = 0L                                    // identifiers that came
   private val sending             = Array.fill(2)(Option.empty[Flight])
   private var inConflict          = false
   private var cycle               = 0L
@@ -116,6 +118,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     homes.clear()
     for (port <- 0 to 1) {
       coming(port) = None
+      passed(port) = 0
       quieten(port)
     }
     sources.clear()
@@ -127,7 +130,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def listener(port: Int): LinkListener = new LinkListener {
     def starts(): Unit                                   = RelayNodeModel.this.starts(port) = time
     def header(header: LinkHeader, body: LinkBody): Unit = if (isOn) arrives(port, header, body)
-    def identified(): Unit = coming(port).foreach(f => f.order = Some(f.body.order))
+    def identified(): Unit = for (f <- coming(port)) {
+      f.order = Some(f.body.order)
+      f.turn = turns
+      turns += 1
+    }
     def ended(isGood: Boolean): Unit = {
       for (f <- coming(port)) if (isGood) received(f) else bad(f)
       coming(port) = None
@@ -140,7 +147,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def portChanges(port: Int, isUp: Boolean): Unit = {
     up(port) = isUp
     quieten(port)
-    if (!isUp) own.portDown(port)
+    if (isUp) own.portUp(port) else own.portDown(port)
   }
 
   private def quieten(port: Int): Unit = {
@@ -216,6 +223,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** Before each bit that is sent. */
   def tick(): Unit = if (isOn) {
     val wasEmpty = own.isEmpty
+    own.forget()
     while (homes.headOption.exists(_._1 <= cycle)) {
       val (_, f) = homes.dequeue()
       if (state != Listens) back(f)
@@ -261,8 +269,9 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   private def ownOrder(port: Int) =
     if (inConflict || address == 0 || state == Listens) None else own.order(port, state == Runs)
 
+  // FR-48, RB-28
   private def isOwnFirst(port: Int) = transits(port).size < LinkFrame.Many &&
-    ownOrder(port).exists(transits(port).isBefore)
+    ownOrder(port).exists(transits(port).isBefore(_, passed(port) >= Patience))
 
   /** How many recessive bits there must be before the frame that leaves next by a port; none: no frame. */
   def gap(port: Int): Option[Int] =
@@ -279,6 +288,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       val frame  = f.slot.fold(Announcement)(slots.pendingFrame)
       leaving(port) = None
       sending(port) = Some(f)
+      if (!TransitModel.isInFirstHalf(f.order)) passed(port) = 0
       f.slot.foreach(stamps(_, ((cycle + linkBit) / p.coreClockMhz).toInt)) // it leaves a bit later (RB-19)
       val body = LinkBody.of(header, frame)
       senders.begin(port, header, body)
@@ -288,6 +298,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
         transits(port).remove(f)
         leaving(port) = Some(f)
         sending(port) = None
+        passed(port) += 1
         if (f.port != port) counts(RelayCounter.Passed + f.port)
         senders.begin(port, f.passed, f.body)
       }
@@ -300,6 +311,9 @@ object RelayNodeModel {
 
   /** Bits until a copy that has come home counts. */
   private val HomeBits = 2
+
+  /** So many frames pass in front of an own one at most while others of the second half wait (RB-28). */
+  private val Patience = 127
 
   /** The frame that stands in the start of a life. */
   private val Announcement = CanFrame(0, extended = false, remote = false, 0, Nil)

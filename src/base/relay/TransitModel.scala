@@ -14,6 +14,9 @@ final class Incoming(val port: Int, val header: LinkHeader, val body: LinkBody, 
   /** Its place in CAN order; unknown before its identifier is there. */
   var order: Option[Long] = None
 
+  /** How many frames of this node had their identifier before it. */
+  var turn: Long = 0
+
   /** The output by which it is passed on. */
   var output: Option[Int] = None
 
@@ -43,12 +46,21 @@ class TransitModel {
     fits
   }
 
-  /** Who leaves next: the first in CAN order, older first; one whose identifier is not there is last (RB-08).
+  /** Who leaves next: the first in transit order, of equal ones the one whose identifier was first; one whose
+    * identifier is not there is last (RB-08, RB-28).
     */
-  def first: Option[Incoming] = frames.minByOption(_.order.getOrElse(Long.MaxValue))
+  def first: Option[Incoming] =
+    frames.minByOption(f => f.order.map(inTransit(_) -> f.turn).getOrElse(Long.MaxValue -> 0L))
 
-  /** A frame of this order is before all that wait (RB-08). */
-  def isBefore(order: Long): Boolean = frames.forall(_.order.forall(order < _))
+  /** An own frame of this order is before all that wait (RB-08, RB-28).
+    *
+    * @param isLate
+    *   it is before others of the second half, too
+    */
+  def isBefore(order: Long, isLate: Boolean): Boolean = {
+    val own = if (isLate) order min (Half - 1) else order
+    frames.forall(_.order.forall(own < inTransit(_)))
+  }
 
   def remove(frame: Incoming): Boolean = {
     val i = frames.indexOf(frame)
@@ -61,4 +73,11 @@ class TransitModel {
 
 object TransitModel {
   val Size = 8
+
+  private val Half = 1L << 31
+
+  def isInFirstHalf(order: Long): Boolean = order < Half
+
+  /** The transit order: all of the second half are equal (RB-28). */
+  private def inTransit(order: Long) = order min Half
 }

@@ -143,6 +143,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   // Ports before and behind what happened to them in this bit.
   private val wereUp = RegInit(VecInit(false.B, false.B)) // reset: down
   private val down   = (0 to 1).map(p => RegNext(wereUp(p) && !isUp(p)))
+  private val rises  = (0 to 1).map(p => RegNext(!wereUp(p) && isUp(p)))
   private val alone  = RegNext(!isUp(0) && !isUp(1))
 
   // What is or was being sent last by each port. Reset: nothing.
@@ -246,9 +247,25 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
     r0.repeats  := 0.U
     for (q <- 0 to 1) r0.copies(q) := Mux(wereUp(q), Waits.U, None.U)
   }
-  for (q <- 0 to 1) when(hasBegun(q)) { r0.copies(q) := Sent.U }
+  private val isUseless = (isAborted && !isFirst) || setting.oneShot ||
+    Mux(isFresh, setting.retries === 0.U, was.repeats >= setting.retries)
+  // What a copy that is home has told does not hold any more if it is long ago: it goes again, as a repeat.
+  // Without one its time runs (RB-29).
+  private val isOld = Seq.fill(2)(WireDefault(false.B))
+  private def forgets(r: OwnRecord, q: Int): Unit = {
+    isOld(q)    := true.B
+    r.copies(q) := Mux(isUseless, Sent.U, Waits.U)
+  }
+  for (q <- 0 to 1) {
+    when(hasBegun(1 - q) && was.left.andR && was.copies(q) === Home.U && !isFresh) { forgets(r0, q) }
+    when(hasBegun(q)) { r0.copies(q) := Sent.U }
+  }
   private val r1 = WireDefault(r0)
-  for (q <- 0 to 1) when(down(q)) { r1.copies(q) := None.U }
+  for (q <- 0 to 1) {
+    when(rises(q) && r0.copies(q) === None.U) { r1.copies(q) := Waits.U }
+    when(down(1 - q) && isTime && r0.copies(q) === Home.U) { forgets(r1, q) }
+    when(down(q)) { r1.copies(q) := None.U }
+  }
   private val r2   = WireDefault(r1)
   private val came = (0 to 1).map(q => isOwn(q) && (isFirst || isTheirs(q)))
   for (q <- 0 to 1) when(came(q) && r1.copies(q) === Sent.U) { r2.copies(q) := Home.U }
@@ -257,12 +274,11 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
 
   // ---- what becomes of it ----
 
-  private val isSent = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
-  private val isOver = isTime && !r2.copies.map(_ === Waits.U).reduce(_ || _)
-  private val isUseless = (isAborted && !isFirst) || setting.oneShot ||
-    Mux(isFresh, setting.retries === 0.U, was.repeats >= setting.retries)
+  private val isSent    = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
+  private val isOver    = isTime && !r2.copies.map(_ === Waits.U).reduce(_ || _)
   private val acts      = setting.on && isOnWay && !isSent
   private val expires   = acts && !isConfirmed && !alone && !listens && isOver && !inConflict
+  private val again     = setting.on && isOnWay && isOld.reduce(_ || _) && !r0.isHome && !isUseless
   private val repeats   = expires && !isUseless
   private val well      = acts && isConfirmed
   private val isWaiting = setting.on && !isFirst && !isOnWay && wasWaiting
@@ -272,7 +288,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val isDone    = well || fails
   private val r3        = WireDefault(r2)
   when(isConfirmed) { r3.copies := VecInit(Home.U, Home.U) }
-  when(repeats) { r3.repeats := r0.repeats + 1.U }
+  when(repeats || again) { r3.repeats := r0.repeats + 1.U }
   when(repeats || (isFirst && listens)) {
     for (q <- 0 to 1) r3.copies(q) := Mux(isUp(q), Waits.U, None.U)
   }
@@ -299,7 +315,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   sent             := RegNext(well)
   counts.confirmed := ends.valid && sent
   counts.failed    := ends.valid && !sent && !RegNext(isGivenUp)
-  counts.repeated  := RegNext((isSlot || isFirst) && repeats, false.B) // reset: none is
+  counts.repeated  := RegNext((isSlot || isFirst) && (repeats || again), false.B) // reset: none is
 
   // It is written a cycle later. Reset: nothing is.
   private val stays    = RegNext(r3)

@@ -253,12 +253,16 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
   private val mayPass = RegNext(
     isUpThen && lists.size =/= 0.U && Mux(isMany, isQuiet(0), isQuiet(LinkFrame.PassingGap))
   )
+  // Frames that have passed since the last own one of the second half, up to 127 (RB-28). Reset: none.
+  private val passed    = RegInit(VecInit(Seq.fill(2)(0.U(7.W))))
+  private val isLate    = passed.map(_.andR)
+  private val isSecond  = ShiftRegister(order(TransitLists.KeyBits - 1), 2) // when it begins
   private val isOwnNext = wants && (noName || lists.isBefore)
   private val goes      = on && Mux(isOwnNext, mayOwn, mayPass)
   lists.out         := Mux(asked.reduce(_ || _), asked(1), to)
   lists.looks.valid := looks.reduce(_ || _)
   lists.looks.bits  := looks(1)
-  lists.order       := order
+  lists.order       := TransitLists.inTransit(order, Mux(asked(0), isLate(1), isLate(0)))
   for ((sender, p) <- senders.zipWithIndex) {
     decides(p) := asked(p)
     when(begin(p) && goes) {
@@ -268,6 +272,7 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
       leaves(p)            := !isOwnNext
       lists.take           := !isOwnNext
       counts.passed(1 - p) := !isOwnNext && !wraps(p)(lists.first)
+      passed(p)            := Mux(isOwnNext, Mux(isSecond, 0.U, passed(p)), passed(p) + !isLate(p))
     }
   }
   for (q <- 0 to 1) when(lists.take && target(q) === last ## lists.first) { waits(q) := false.B }
@@ -279,6 +284,7 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
     passes     := VecInit(false.B, false.B)
     waits      := VecInit(false.B, false.B)
     leaves     := VecInit(false.B, false.B)
+    passed     := VecInit(0.U, 0.U)
     lists.drop := VecInit(true.B, true.B)
     for (sender <- senders) { sender.silence := true.B }
   }

@@ -53,10 +53,10 @@ abstract class TransitListsPins extends Module {
   val drop = IO(Input(Vec(2, Bool())))
 }
 
-/** Which slots of the transit buffers wait, and in which order, for both outputs (FR-48, RB-08).
+/** Which slots of the transit buffers wait, and in which order, for both outputs (FR-48, RB-08, RB-28).
   *
   * The list of an output has its slots once each, in a block RAM: first those that wait, of these first those
-  * whose identifier is there, in CAN order, then the others, older ones first; behind them those that are
+  * whose identifier is there, in transit order, then the others, older ones first; behind them those that are
   * free. The one that leaves, or has left last, is in none. So nothing needs to be kept of a slot, all are
   * free at once, and one walk at a time moves the entries between two places by one.
   *
@@ -197,7 +197,7 @@ class TransitLists(schedule: Schedule) extends TransitListsPins {
     )
   )
   ram.io.writeData := Mux(sees, held.slot, Mux(take, leavings(outThen), writing(SlotBits - 1, 0))) ##
-    Mux(sees, held.key, named.order)
+    Mux(sees, held.key, inTransit(named.order))
 }
 
 object TransitLists {
@@ -207,6 +207,10 @@ object TransitLists {
   val SlotBits  = 4
   val CountBits = 4
   val KeyBits   = 32
+
+  /** The transit order: all of the second half are equal; an own one that is late is before them (RB-28). */
+  def inTransit(order: UInt, isLate: Bool = false.B): UInt =
+    Mux(order(KeyBits - 1), !isLate ## Fill(KeyBits - 1, isLate), order)
 
   private val PlaceBits = 4
   private val Words     = 64

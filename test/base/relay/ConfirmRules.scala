@@ -136,6 +136,95 @@ trait ConfirmRules extends RelayCases {
       assert(counter(b, RelayCounter.Repeated) == 6 && counter(b, RelayCounter.Failed) == 1)
     }
 
+  /** A frame of which a copy has come home by the port by which it left, while the other one waits, for so
+    * many bits, at the port `late` for frames that are before it. Its sequence.
+    */
+  private def halfHome(b: RelayBench, late: Int, bits: Int): Int = {
+    val frame = data(0x4000)
+    for (slot <- 0 to 1) b.request(slot, data(slot, 1, 2, 3, 4, 5, 6, 7, 8)) // two wait from now on
+    b.run(30)
+    b.request(2, frame)
+    for (i <- 0 until bits / 135) {
+      if (i == 2) b.send(1 - late, LinkHeader(0, 1 - late, 7, 2, 200), frame)
+      b.send(1 - late, from(3, i), data(0x100 + i % 5, 1))
+    }
+    b.run(bits)
+    assert(begun(b, 1 - late, 2).size == 1 && begun(b, late, 2).isEmpty)
+    assert((pending(b) & 4) == 4)
+    2
+  }
+  private def begun(b: RelayBench, port: Int, sequence: Int, from: Int = 0) =
+    own(b, port, from).filter(_.header.sequence == sequence)
+  private val long  = 6 * confirm
+  private val short = confirm
+
+  /** It is sent if this copy comes home too. */
+  private def isSentBy(b: RelayBench, port: Int, sequence: Int): Boolean = {
+    b.finish()
+    home(b, port, port, sequence, data(0x4000))
+    (sent(b) & 4) == 4
+  }
+
+  "RB-29: a copy that came home long before the other one begins" should "be sent again, as a repeat" in {
+    for (bits <- Seq(short, long); late <- 0 to 1) bench(confirmUs = 1000) { b =>
+      val sequence = halfHome(b, late, bits)
+      val first    = b.now
+      val repeated = counter(b, RelayCounter.Repeated)
+      while (begun(b, late, sequence, first).isEmpty) b.run(10)
+      home(b, late, late, sequence, data(0x4000))
+      assert(begun(b, 1 - late, sequence, first).nonEmpty == (bits == long))
+      assert((sent(b) & 4) == (if (bits == long) 0 else 4))
+      if (bits == long) {
+        assert(counter(b, RelayCounter.Repeated) > repeated)
+        assert(isSentBy(b, 1 - late, sequence))
+      }
+    }
+  }
+
+  it should "be sent again when the port of the other one goes down, too" in {
+    for (bits <- Seq(short, long); late <- 0 to 1) bench(confirmUs = 1000) { b =>
+      val sequence = halfHome(b, late, bits)
+      val first    = b.now
+      b.up(late) = false
+      b.run(300)
+      assert(begun(b, 1 - late, sequence, first).nonEmpty == (bits == long))
+      assert((sent(b) & 4) == (if (bits == long) 0 else 4))
+      if (bits == long) assert(isSentBy(b, 1 - late, sequence))
+    }
+  }
+
+  it should "tell nothing any more of a frame that is not repeated" in {
+    for (isLost <- Seq(false, true); late <- 0 to 1) bench(confirmUs = 1000) { b =>
+      val sequence = halfHome(b, late, long)
+      val first    = b.now
+      b.write(CanRegisters.PortStarts(0) + CanRegisters.Aborts, 4)
+      if (isLost) b.up(late) = false else while (begun(b, late, sequence, first).isEmpty) b.run(10)
+      b.run(20)
+      if (!isLost) home(b, late, late, sequence, data(0x4000))
+      b.finish()
+      b.run(5 * confirm)
+      assert(begun(b, 1 - late, sequence, first).isEmpty && (failed(b) & 4) == 4 && (sent(b) & 4) == 0)
+    }
+  }
+
+  "RB-29: a port that comes up" should "get a copy of what is not confirmed" in {
+    for (port <- 0 to 1; wasSent <- Seq(false, true)) bench(confirmUs = 1000) { b =>
+      val first = b.now
+      if (!wasSent) b.up(port) = false
+      b.run(20)
+      b.request(2, data(0x4000))
+      b.run(200)
+      if (wasSent) b.up(port) = false
+      b.run(20)
+      b.up(port) = true
+      b.run(20)
+      home(b, 1 - port, 1 - port, 0, data(0x4000))
+      assert((sent(b) & 4) == 0)
+      assert(begun(b, port, 0, first).size == (if (wasSent) 2 else 1))
+      assert(isSentBy(b, port, 0) && counter(b, RelayCounter.Repeated) == 0)
+    }
+  }
+
   "RB-11: a copy that has not begun" should "not be sent when its frame is confirmed" in bench() { b =>
     for (i <- 0 until 6) b.send(0, from(3, i), data(1 + i, 1, 2, 3, 4, 5, 6, 7, 8))
     b.run(60)

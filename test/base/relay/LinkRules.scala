@@ -220,21 +220,87 @@ trait LinkRules extends RelayCases {
     assert(b.frames(1, first).forall(_.isGood))
   }
 
-  "FR-48, RB-08, RB-09: an own frame" should "wait for frames that are before it only" in bench() { b =>
-    for ((own, isFirst) <- Seq(0x100 -> true, 0x10000 -> false)) {
-      val first = b.now
-      b.request(0, data(0x8000, 1, 2, 3, 4, 5, 6, 7, 8))
-      b.run(20)
-      b.request(1, data(own))
-      for (i <- 0 until 3) b.send(0, from(3, 10 + i + own & 0x3fff), data(0x4000 + i, 1))
-      b.run(1000)
-      val sources = b.frames(1, first).filter(_.header.hops != 0).map(_.header.source).take(5)
-      assert(sources == (if (isFirst) Seq(7, 7, 3, 3, 3) else Seq(7, 3, 3, 3, 7)), own)
-      b.isLooped = true // the copies come home when they are repeated
-      b.run(3000)
-      b.isLooped = false
-      assert(b.map(flyframe.registers.CanRegisters.Requests) == 0)
-      b.received()
+  "FR-48, RB-08, RB-09, RB-28: an own frame" should "wait for frames that are before it only" in bench() {
+    b =>
+      val cases = Seq((0x100, 0x4000, true), (0x10000, 0x4000, false), (1 << 28, 3 << 27, false))
+      for ((own, waiting, isFirst) <- cases) {
+        val first = b.now
+        b.request(0, data(0x8000, 1, 2, 3, 4, 5, 6, 7, 8))
+        b.run(20)
+        b.request(1, data(own))
+        for (i <- 0 until 3) b.send(0, from(3, 10 + i + own & 0x3fff), data(waiting + i, 1))
+        b.run(1000)
+        val sources = b.frames(1, first).filter(_.header.hops != 0).map(_.header.source).take(5)
+        assert(sources == (if (isFirst) Seq(7, 7, 3, 3, 3) else Seq(7, 3, 3, 3, 7)), own)
+        b.isLooped = true // the copies come home when they are repeated
+        b.run(3000)
+        b.isLooped = false
+        assert(b.map(flyframe.registers.CanRegisters.Requests) == 0)
+        b.received()
+      }
+  }
+
+  "RB-28: waiting frames of the second half" should "leave behind the others, as they came" in bench() { b =>
+    b.write(flyframe.registers.RingRegisters.Confirm, 1000 & 0xff, 1000 >> 8)
+    val first = b.now
+    for (slot <- 0 to 1) b.request(slot, data(slot, 1, 2, 3, 4, 5, 6, 7, 8))
+    b.run(20)
+    val half = 1 << 28
+    for ((id, i) <- Seq(half + 3, half + 2, half + 1, 5, half).zipWithIndex) b.send(0, from(3, i), data(id))
+    b.run(1300)
+    val ids = b.frames(1, first).filter(_.header.source == 3).map(_.body.slice(3, 32))
+    val low = ids.map(_.drop(25).foldLeft(0)((n, x) => n << 1 | (if (x) 1 else 0)))
+    assert(low.diff(Seq(5)) == Seq(3, 2, 1, 0) && low.indexOf(5) < 3, low)
+  }
+
+  /** `count` frames that come in a row behind an own frame, of which one waits at least; how many pass in
+    * front of a second one, if it leaves at all. Each so many of these bits an urgent own frame is requested,
+    * which comes home.
+    */
+  protected def passedBefore(
+      b: RelayBench,
+      own: Int,
+      waiting: Int,
+      output: Int = 1,
+      urgentEach: Int = Int.MaxValue
+  ): Option[Int] = {
+    val count = 160
+    b.write(flyframe.registers.RingRegisters.Confirm, 20000 & 0xff, 20000 >> 8)
+    val first = b.now
+    b.request(0, data(0, 1, 2, 3, 4, 5, 6, 7, 8))
+    b.run(20)
+    b.request(1, data(own, 1))
+    for (i <- 0 until count) b.send(1 - output, from(3, i), data(waiting + i % 7, 1))
+    var urgent = 0
+    for (bits <- 1 to count * 145 / 100) {
+      b.run(100)
+      if (bits % urgentEach == 0 && urgent < 1) { // with more of them four wait
+        urgent += 1
+        b.request(2 + urgent, data(urgent))
+      }
+    }
+    def id(f: ReadFrame) = f.body.slice(3, 32).foldLeft(0)((n, x) => n << 1 | (if (x) 1 else 0))
+    val frames           = b.frames(output, first).filter(_.header.hops != 0)
+    val passed           = frames.takeWhile(id(_) != own)
+    if (urgentEach < Int.MaxValue) assert(passed.count(_.header.source == 7) == 2)
+    val others = passed.count(_.header.source == 3)
+    assert(others > 125)
+    Option.when(passed.size < frames.size)(others)
+  }
+
+  "RB-28: an own frame of the second half" should "leave behind 127 that pass at the latest" in {
+    for (output <- 0 to 1) bench() { b =>
+      assert(passedBefore(b, own = 3 << 27, waiting = 1 << 28, output).contains(127), output)
+    }
+  }
+
+  it should "do so beside urgent own frames, too" in bench() { b =>
+    assert(passedBefore(b, own = 3 << 27, waiting = 1 << 28, urgentEach = 100).contains(127))
+  }
+
+  it should "wait for those of the first half, and so should one of the first half" in {
+    for (own <- Seq(3 << 27, 0x10000)) bench() { b =>
+      assert(passedBefore(b, own, waiting = 0x4000).forall(_ == 160), own)
     }
   }
 

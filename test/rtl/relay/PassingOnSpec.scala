@@ -151,7 +151,8 @@ class PassingOnSpec extends AnyFlatSpec {
           own(dut, bytes)
           if (random.nextInt(20 * bit) == 0) {
             val slot  = random.nextInt(16)
-            val frame = CanFrame(random.nextInt(1 << 11), false, false, 8, Seq.fill(8)(random.nextInt(256)))
+            val id    = random.nextInt(if (random.nextInt(3) == 0) 1 << 11 else 1 << 3)
+            val frame = CanFrame(id, false, false, 8, Seq.fill(8)(random.nextInt(256)))
             RingHost.request(model.host, slot, frame)
           }
           for ((which, pulse) <- counters) if (pulse.peekBoolean()) seen(which) += 1

@@ -4,6 +4,7 @@ import chisel3._
 import chiseltest._
 import flyframe.{StandingSimulation, Tier}
 import flyframe.params.CanParams
+import flyframe.registers.RingRegisters
 
 /** Relay mode in RTL, with a host at its port. */
 class RtlRelayNode(dut: RelayPortUnderTest) extends RelayUnderTest {
@@ -97,7 +98,22 @@ trait OnRtl { self: RelayCases =>
     RelaySimulation(body(_))
 }
 
-class LinkRtlSpec    extends RelayCases with LinkRules with OnRtl
+class LinkRtlSpec extends RelayCases with LinkRules with OnRtl {
+  "RB-28: an own frame of the second half" should "leave behind 127 that pass at the latest, at 100 MHz" in {
+    val p = CanParams(coreClockMhz = 100)
+    for (output <- 0 to 1)
+      RelaySimulation(
+        { node =>
+          val b = new RelayBench(node, bit = 50)
+          b.write(RingRegisters.LinkBit, 50, 0)
+          b.start(address = 7)
+          assert(passedBefore(b, own = 3 << 27, waiting = 1 << 28, output).contains(127), output)
+        },
+        p
+      )
+  }
+}
+
 class ConfirmRtlSpec extends RelayCases with ConfirmRules with OnRtl
 
 class MutationRtlSpec extends RelayCases with MutationRules with OnRtl {

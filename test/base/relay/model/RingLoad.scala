@@ -92,13 +92,20 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
     ring.at(ring.now + Kept)(sent.remove(f.number))
   }
 
-  /** A frame of 8 bytes with a random priority is requested, if the node has a slot for it. */
+  /** The identifier of the next frame of a node that is not urgent; it must contain both, as this one does.
+    */
+  var identifier: (Int, Int) => Int = (n, number) =>
+    (random.nextInt(0x3ff) + 1) << 19 | (n + 1) << 12 | number & 0xfff
+
+  /** A frame of 8 bytes is requested, with a random priority if nothing else has been set, if the node has a
+    * slot for it.
+    */
   def request(n: Int, urgent: Boolean = false): Option[Int] =
     bySlot(n).indexWhere(_.isEmpty) match {
       case slot if slot >= 0 && faults.isAlive(n) =>
         numbers += 1
         val number = numbers
-        val id     = (if (urgent) 0 else random.nextInt(0x3ff) + 1) << 19 | (n + 1) << 12 | number & 0xfff
+        val id     = if (urgent) (n + 1) << 12 | number & 0xfff else identifier(n, number)
         val f      = new Sent(number, n, slot, ring.now)
         f.isTouched = ring.now < touchedTill
         f.isUrgent = urgent
@@ -117,10 +124,10 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   private def fillUp(n: Int): Unit =
     if (!quiet(n)) while (bySlot(n).count(_.nonEmpty) < fill) request(n)
 
-  /** All nodes but those of `quiet` send all that they can. */
-  def saturate(quiet: Set[Int] = Set.empty): Unit = {
+  /** All nodes but those of `quiet` send all that they can from so many slots. */
+  def saturate(quiet: Set[Int] = Set.empty, slots: Int = 16): Unit = {
     this.quiet = quiet
-    fill = 16
+    fill = slots
     for (n <- 0 until count) fillUp(n)
   }
 
