@@ -28,6 +28,9 @@ final case class FrameId(
   /** As a number of 29 bits; the lower one goes first. */
   def word: Int = (if (urgent) 0 else 1 << 28) | destination << 21 | (if (isData) 1 << 20 else 0) |
     source << 13 | number << 5 | pipe << 1 | (if (end) 1 else 0)
+
+  /** HELLO, of which no answer is awaited. */
+  def isHello: Boolean = !isData && number == Code.Hello
 }
 
 object FrameId {

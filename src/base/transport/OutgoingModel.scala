@@ -6,6 +6,8 @@ import scala.collection.immutable.BitSet
   *
   * @param members
   *   who has to confirm it
+  * @param answering
+  *   of a message to all: how many nodes may answer
   */
 private[transport] class OutgoingModel(
     p: TransportParams,
@@ -16,6 +18,7 @@ private[transport] class OutgoingModel(
     val number: Int,
     data: IndexedSeq[Int],
     members: Set[Int],
+    answering: Int,
     begin: Long
 ) {
   import OutgoingModel._
@@ -26,11 +29,14 @@ private[transport] class OutgoingModel(
   private val life    = p.life | (if (toAll) Sizes.ToAll else 0)
   private val all     = BitSet(parts.indices: _*)
 
+  private def answerUs(tries: Int) = p.answerUs(Option.when(toAll)(answering), tries)
+
   private var open       = true  // OPEN or SHORT is to be sent
   private var todo       = all
   private var closing    = false
   private var closed     = false
   private var busyUntil  = Option.empty[Long]
+  private var waits      = 0     // of those for a busy receiver, how many have passed
   private var awaited    = members
   private var refusing   = Set.empty[Int]
   private var tries      = 0
@@ -89,20 +95,23 @@ private[transport] class OutgoingModel(
 
   /** Does what is due; returns when something will be. */
   def poll(now: Long, isWaiting: Boolean): Long = {
-    if (now >= progressAt + StallUs && busyUntil.isEmpty) closed = true
     if (busyUntil.exists(now >= _)) {
       busyUntil = None
+      waits += 1
       open = true
       progressAt = now
     }
     val isOut = !isWaiting && !open && todo.isEmpty && busyUntil.isEmpty && !closing
     if (isOut) wentOut = true
-    if (isOut && now >= leftAt + p.answerUs) {
+    if (isOut && now >= leftAt + answerUs(tries)) {
       tries += 1
       leftAt = now
+      progressAt = now
       if (tries == Tries) closing = true else open = true
     }
-    busyUntil.getOrElse(if (isOut) leftAt + p.answerUs min progressAt + StallUs else progressAt + StallUs)
+    val awaits = isOut && !open && !closing
+    if (!awaits && busyUntil.isEmpty && now >= progressAt + StallUs) closed = true
+    busyUntil.getOrElse(if (awaits) leftAt + answerUs(tries) else progressAt + StallUs)
   }
 
   def cancel(): Unit = closing = true
@@ -129,11 +138,17 @@ private[transport] class OutgoingModel(
           heard(now)
           open = false
           if (!toAll) todo = BitSet.empty // else the others go on
-          val until = now + (10000L * (bytes(2) max 1) max (if (toAll) p.answerUs else 0))
+          val until = now + (waitUs(bytes(2)) max (if (toAll) answerUs(tries = 0) else 0))
           busyUntil = Some(busyUntil.fold(until)(_ max until))
           None
         case _ => missing(bytes, now)
       }
+  }
+
+  /** The wait that BUSY names doubles with each that has passed, as far as it is not long already (TB-06). */
+  private def waitUs(named: Int): Long = {
+    val first = 10000L * (named max 1)
+    first max (first << (waits min 20) min p.longestWaitUs)
   }
 
   private def heard(now: Long): Unit = {

@@ -34,7 +34,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
   }
 
   private def known(source: Int, now: Long): Option[Source] = {
-    for (s <- sources.get(source) if now >= s.heardAt + ForgetUs) {
+    for (s <- sources.get(source) if now >= s.heardAt + p.forgetUs) {
       s.pipes.values.foreach(drop)
       sources -= source
     }
@@ -59,10 +59,11 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
   }
 
   /** A pipe of which nothing has come for long (TB-26). */
-  private def forgetOld(pipe: Pipe, now: Long): Unit = if (now / Second - pipe.heard / Second >= ForgetPipe) {
-    pipe.last = None
-    pipe.open.foreach(_.isPassed = true)
-  }
+  private def forgetOld(pipe: Pipe, now: Long): Unit =
+    if (now / Second - pipe.heard / Second >= p.forgetPipe) {
+      pipe.last = None
+      pipe.open.foreach(_.isPassed = true)
+    }
 
   /** The sender has message `number` under way: those before it have ended (TB-25). */
   private def passTo(pipe: Pipe, number: Int): Unit = {
@@ -114,7 +115,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
           pipe.open match {
             case _ if isLast                                                         => done(id, s, pipe)
             case Some(m) if complete.contains(m)                                     => busy(id, s, number)
-            case Some(m) if isThis && m.length == length && m.crc == crc && !isShort => m.hears(now)
+            case Some(m) if isThis && m.length == length && m.crc == crc && !isShort => m.hearsOpen(now)
             case _ =>
               drop(pipe)
               begin(id, s, pipe, number, length, crc, bytes, now)
@@ -171,8 +172,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
   }
   private def done(id: FrameId, s: Source, pipe: Pipe): Unit =
     pipe.last.foreach { case (number, result) => done(id, s, number, result) }
-  private def missing(m: Incoming, s: Source): Unit = {
-    val first = m.missing.head
+  private def missing(m: Incoming, s: Source): Unit = for (first <- m.missing.headOption) {
     val named = m.missing.takeWhile(_ < first + Sizes.Map)
     m.highest = named.last
     val map = named.map(n => 1L << (Sizes.Map - 1 - (n - first))).sum
@@ -210,15 +210,13 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 
   private def accept(s: Source, pipe: Pipe, m: Incoming, n: Int, bytes: Seq[Int], now: Long): Unit = {
     s.heardAt = now
-    m.parts(n) = bytes
-    m.hears(now)
+    m.arrives(n, bytes, now)
     if (m.parts.size < m.count) {
       if (n == m.count - 1 || n == m.highest) missing(m, s)
     } else if (Sizes.crc32(m.bytes) == m.crc) finish(pipe, m)
     else {
       counts.add(Counter.WrongCrc)
-      m.parts.clear()
-      m.highest = -1
+      m.clear()
       done(m.id, s, m.number, Result.WrongCrc)
     }
   }
@@ -232,7 +230,11 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
     } {
       m.gaps += 1
       m.heardAt = now
-      if (m.gaps == Gaps) drop(pipe) else missing(m, s)
+      if (m.gaps == Gaps) drop(pipe)
+      else {
+        m.isSilent()
+        missing(m, s)
+      }
     }
     opened.toSeq.flatMap(_._2.open).map(_.heardAt + p.gapUs).minOption.getOrElse(Long.MaxValue)
   }
@@ -263,12 +265,8 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 }
 
 private object ReceiverModel {
-  val ForgetUs = 10000000L
   val AnswerUs = 10000L
   val Second   = 1000000L
-
-  /** A pipe of which nothing has come for so many seconds is forgotten. */
-  val ForgetPipe = 20L
 
   /** Gaps in a row after which a message is dropped. */
   val Gaps = 10
@@ -298,12 +296,36 @@ private class Incoming(
   def toAll: Boolean = id.destination == 0
   val count: Int     = (length + Sizes.Frame - 1) / Sizes.Frame
 
-  def missing: Seq[Int] = (0 until count).filterNot(parts.contains)
+  private var newest   = -1   // the last frame of which it is known that it was sent
+  private var openLast = true // OPEN is what came last
+
+  /** What was sent and has not come (TB-30). */
+  def missing: Seq[Int] = (0 to newest).filterNot(parts.contains)
   def bytes: Seq[Int]   = (0 until count).flatMap(parts)
 
-  def hears(now: Long): Unit = {
+  private def hears(now: Long): Unit = {
     heardAt = now
     gaps = 0
+  }
+  def hearsOpen(now: Long): Unit = {
+    hears(now)
+    openLast = true
+  }
+  def arrives(n: Int, bytes: Seq[Int], now: Long): Unit = {
+    hears(now)
+    openLast = false
+    newest = newest max n
+    parts(n) = bytes
+  }
+
+  /** T_gap has passed. Behind OPEN it means that the sender sends nothing unasked. */
+  def isSilent(): Unit = if (openLast) newest = count - 1
+
+  /** All frames are to come again. */
+  def clear(): Unit = {
+    parts.clear()
+    highest = -1
+    newest = -1
   }
 
   /** What is wrong with a data frame of it (TP-22). */

@@ -16,7 +16,7 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
 
   /** Its receivers have not forgotten it yet (TB-26). */
   private def rests(destination: Int, pipe: Int, now: Long) =
-    isUsedUp(destination, pipe) && now / Second - leftAt(destination -> pipe) / Second < Rest
+    isUsedUp(destination, pipe) && now / Second - leftAt(destination -> pipe) / Second < p.restPipe
 
   def send(
       tag: Int,
@@ -24,7 +24,8 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
       urgent: Boolean,
       data: Seq[Int],
       now: Long,
-      members: Set[Int]
+      members: Set[Int],
+      known: Set[Int]
   ): Boolean = {
     val pipes = if (urgent) Sizes.ProcessData else Sizes.ProcessData - 1
     val pipe = (0 until pipes).find { n =>
@@ -41,7 +42,18 @@ private[transport] class SenderModel(p: TransportParams, slots: SlotsModel, coun
       leftAt(destination -> n) = now
       val who = if (destination == 0) members - p.address else Set(destination)
       underWay +=
-        new OutgoingModel(p, tag, destination, urgent, n, number, data.toIndexedSeq, who, now)
+        new OutgoingModel(
+          p,
+          tag,
+          destination,
+          urgent,
+          n,
+          number,
+          data.toIndexedSeq,
+          who,
+          (who ++ known).size,
+          now
+        )
     }
     isPossible && hasPlace && pipe.nonEmpty
   }
@@ -112,7 +124,4 @@ private object SenderModel {
 
   /** Numbers of a pipe that are used while nobody may have heard of them. */
   val MostUnheard = 100
-
-  /** Seconds for which a pipe rests then. */
-  val Rest = 22L
 }

@@ -43,15 +43,18 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     *
     * @param isUnderWay
     *   a frame is of a message that has not ended
+    * @param onHello
+    *   is called if HELLO is one of them
     * @return
     *   when the next one will have
     */
-  def takeBack(isUnderWay: FrameId => Boolean): Long = {
+  def takeBack(isUnderWay: FrameId => Boolean, onHello: () => Unit): Long = {
     val ends =
       for (id <- waiting.keys.toSeq if !isUnderWay(FrameId.of(id)))
         yield id -> (since(id) + p.staleUs(FrameId.of(id)))
     val (stale, others) = ends.partition(_._2 <= clock.now)
     back ++= stale.map(_._1)
+    if (stale.exists(s => FrameId.of(s._1).isHello)) onHello()
     others.map(_._2).minOption.getOrElse(Long.MaxValue)
   }
 

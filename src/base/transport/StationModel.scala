@@ -4,8 +4,6 @@ import scala.collection.mutable
 
 /** What a node sends without an answer: HELLO (TP-31) and process data (TP-50). */
 private[transport] class StationModel(p: TransportParams, slots: SlotsModel, start: Long) {
-  import StationModel._
-
   private class Own(var data: Seq[Int]) {
     var due   = start
     var isDue = true
@@ -18,12 +16,18 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
   private val followed = mutable.Map.empty[(Int, Int), Followed]
   private val heard    = mutable.Map.empty[Int, Long]
   private var bytes    = p.hello
-  private var helloAt  = start
-  private var isDue    = false
-  private var turn     = 0 // the place of the value that goes next, if it is due
+  private var helloAt  = start // the last one was due
+  private var isDue    = true
+  private var turn     = 0     // the place of the value that goes next, if it is due
 
   def hello(source: Int, now: Long): Unit = heard(source) = now
-  def members(now: Long): Set[Int]        = heard.collect { case (s, at) if now < at + MemberUs => s }.toSet
+  def members(now: Long): Set[Int]        = heard.collect { case (s, at) if now < at + p.memberUs => s }.toSet
+
+  /** All of whom a HELLO has ever come. */
+  def known: Set[Int] = heard.keySet.toSet
+
+  /** HELLO was taken back. */
+  def helloAgain(): Unit = isDue = true
 
   def setHello(next: Seq[Int]): Unit = {
     if (next(1) != bytes(1)) isDue = true // a port changes
@@ -71,9 +75,10 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
     }
 
   def poll(now: Long): Long = {
-    if (now >= helloAt) {
+    def next = helloAt + p.helloUs(1 + heard.size)
+    if (now >= next) {
       isDue = true
-      helloAt = now + HelloUs
+      helloAt = now
     }
     for (o <- own.values) {
       if (o.isDue || now >= o.due) {
@@ -81,7 +86,7 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
         o.due = now + 1000L * p.pdMs
       }
     }
-    (helloAt +: own.values.map(_.due).toSeq).min
+    (next +: own.values.map(_.due).toSeq).min
   }
 
   private def frames: Iterator[(BusFrame, () => Unit)] = {
@@ -109,9 +114,4 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
         true
       case None => false
     }
-}
-
-private object StationModel {
-  val HelloUs  = 1000000L
-  val MemberUs = 3000000L
 }

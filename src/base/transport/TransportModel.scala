@@ -65,7 +65,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
     departed.foreach(id => sender.left(FrameId.of(id), now))
     departed.clear()
     sender.collect() // what an answer has ended sends nothing more, and nothing of it stays
-    val stale = slots.takeBack(sender.has)
+    val stale = slots.takeBack(sender.has, () => station.helloAgain())
     answers.dropOld()
     val due = Seq(stale, sender.poll(now), receiver.poll(now), station.poll(now)).min
     sender.collect()
@@ -131,7 +131,10 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
       data: Seq[Int],
       now: Long,
       members: Option[Set[Int]]
-  ): Boolean = sender.send(tag, destination, urgent, data, now, members.getOrElse(this.members(now)))
+  ): Boolean = {
+    val who = members.getOrElse(this.members(now))
+    sender.send(tag, destination, urgent, data, now, who, station.known)
+  }
 
   def cancel(tag: Int): Unit                                     = sender.cancel(tag)
   def ended(): Seq[Ended]                                        = sender.ended()

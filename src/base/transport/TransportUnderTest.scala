@@ -27,8 +27,29 @@ final case class TransportParams(
     buffers: Int = 4
 ) {
 
-  /** T_answer in us (TP-12). */
-  def answerUs: Long = 50000L max 5000000L / kbps
+  private def bits(count: Int): Long = count * 1000L / kbps
+
+  /** T_answer in us of a message to one node (TP-12), or to all, which so many nodes answer (TB-29), after so
+    * many tries.
+    */
+  def answerUs(nodes: Option[Int], tries: Int): Long =
+    50000L max bits(5000 + 250 * nodes.getOrElse(0) << tries min 50000)
+
+  /** The time between two HELLO in us, on a ring with so many nodes (TB-28). */
+  def helloUs(nodes: Int): Long = 1000000L max bits(1000 * nodes)
+
+  /** A node of which no HELLO has come for so many us is not there (TP-31, TB-28). */
+  def memberUs: Long = 3 * helloUs(Sizes.LastAddress)
+
+  /** A source of whose life nothing has come for so many us is forgotten (TP-20, TB-28). */
+  def forgetUs: Long = 10000000L max bits(500000)
+
+  /** A pipe of which nothing has come for so many seconds is forgotten, and rests for so many (TB-26). */
+  def forgetPipe: Long = 20L max 1000L / kbps
+  def restPipe: Long   = forgetPipe + forgetPipe / 10
+
+  /** A wait of a message for its receiver grows up to so many us (TB-06). */
+  def longestWaitUs: Long = bits(20000)
 
   /** What waits in the port for so many us is taken back (TB-27). */
   def staleUs(id: FrameId): Long = {
@@ -36,8 +57,8 @@ final case class TransportParams(
     (if (isValue) 3000L * pdMs else 1000000L) max 20000000L / kbps
   }
 
-  /** T_gap in us (TP-23). */
-  def gapUs: Long = 20000L max 2000000L / kbps
+  /** T_gap in us (TP-23, TB-30). */
+  def gapUs: Long = 20000L max bits(4000)
 }
 
 /** How a message that a host has sent ends (TP-13). */
@@ -166,7 +187,7 @@ trait TransportUnderTest {
     * @param tag
     *   the host's own number of it, 0 to 65535
     * @param members
-    *   of a message to all: who has to confirm it, or else everyone of whom a HELLO came within 3 s
+    *   of a message to all: who has to confirm it, or else everyone of whom a HELLO came (TB-28)
     * @return
     *   false: it is impossible, or there is no place
     */
@@ -191,7 +212,7 @@ trait TransportUnderTest {
   /** The host has taken it, or refused it. */
   def take(now: Long, refused: Boolean = false): Unit
 
-  /** Who is there: the addresses of which a HELLO came within 3 s. */
+  /** Who is there: the addresses of which a HELLO came not too long ago (TB-28). */
   def members(now: Long): Set[Int]
 
   /** Bytes 1 to 7 of HELLO change. */

@@ -57,8 +57,8 @@ static bool is_ahead(uint32_t life, uint32_t of) {
 }
 
 /* A life that no start has used yet. If the last one has failed there is one: a store for each would wear the
- * memory out. Others ignore a life that looks older than the last one for 10 s (TP-20): as the number of a
- * memory may that did not work meanwhile, or a random one. */
+ * memory out. Others ignore a life that looks older than the last one for 10 s, on slow rings for longer
+ * (TP-20, TB-28): as the number of a memory may that did not work meanwhile, or a random one. */
 static void take_life(struct ring_node *node) {
   if (node->life_is_new) return;
   uint32_t life;

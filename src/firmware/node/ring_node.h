@@ -27,7 +27,7 @@ struct ring_node_parameters {
   uint16_t pair_kbps;  /* twisted pair, as in struct can_port_config */
   bool bridge;
   uint16_t pd_ms;       /* process data are sent again after this time, 1 to 1000 */
-  uint16_t hello_ms;    /* between two HELLO, the same in all nodes; 0: 1000; less for demonstrations only */
+  uint16_t hello_ms;    /* between two HELLO, the same in all nodes, for demonstrations; 0: by TB-28 */
   uint16_t device_type; /* of the device, for HELLO */
   uint8_t version;
   uint16_t other_events; /* of the controller that wake the host beside those of the node */
@@ -38,8 +38,8 @@ enum ring_node_fault {
   RING_NODE_NO_CONTROLLER, /* nothing answers, or another controller */
   RING_NODE_SETTINGS,      /* a parameter is impossible, or the controller does not hold it: nothing runs */
   /* The non-volatile memory does not work. The life is one or two ahead of the last, as long as the
-   * controller has that; behind a loss of power a random one: others may ignore this node for 10 s
-   * (TP-20). */
+   * controller has that; behind a loss of power a random one: others may ignore this node for 10 s,
+   * on slow rings for longer (TP-20, TB-28). */
   RING_NODE_STORE
 };
 

@@ -5,7 +5,7 @@
 #include "ring_node.h"
 
 struct ring_picture {
-  uint8_t present[TRANSPORT_MAP_BYTES]; /* the nodes of which a HELLO came within 3 s, and this one */
+  uint8_t present[TRANSPORT_MAP_BYTES]; /* the nodes of which a HELLO came (TB-28), and this one */
   uint8_t count;                        /* how many */
   /* The addresses at both sides of a break, the one with port 2 there first: the ends of the piece in which
    * this node is. 0, 0: the ring is whole, if that is known. */

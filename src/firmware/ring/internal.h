@@ -11,9 +11,14 @@ static inline void count(struct transport *t, enum transport_counter counter) { 
 static inline uint64_t earlier(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
 /* The longer one of a fixed time and of so many bits, in us. */
-static inline uint64_t time_or_bits(const struct transport *t, uint32_t us, uint32_t bits) {
+static inline uint32_t time_or_bits(const struct transport *t, uint32_t us, uint32_t bits) {
   const uint32_t of_bits = bits * 1000u / t->config.kbps;
   return of_bits > us ? of_bits : us;
+}
+
+/* A pipe of which nothing has come for so many seconds is forgotten; its sender relies on that (TB-26). */
+static inline uint32_t forget_pipe_s(const struct transport *t) {
+  return time_or_bits(t, 20 * US_IN_S, 1000000) / US_IN_S;
 }
 
 /* slots.c: what waits in the port, each frame once. */

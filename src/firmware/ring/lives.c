@@ -1,7 +1,7 @@
 /* Sources and their lives: one life per source (TP-20). */
 #include "internal.h"
 
-#define FORGET_US 10000000u
+enum { FORGET_US = 10000000, FORGET_BITS = 500000 };
 
 /* What has come in stays for the host if it is complete; the rest is dropped. */
 static void detach(struct transport *t, uint8_t source) {
@@ -20,7 +20,7 @@ static struct transport_pipe *pipe_at(struct transport *t, uint8_t source, unsig
 /* Null: nothing is known of it, or what was known is forgotten now. */
 struct transport_source *life_known(struct transport *t, uint8_t source, uint64_t now_us) {
   struct transport_source *s = &t->sources[source];
-  if (s->known && now_us >= s->heard_at + FORGET_US) {
+  if (s->known && now_us >= s->heard_at + time_or_bits(t, FORGET_US, FORGET_BITS)) {
     s->known = false;
     detach(t, source);
     for (unsigned i = 0; i < 2 * RING_PIPES; ++i) *pipe_at(t, source, i) = (struct transport_pipe){0};

@@ -2,10 +2,12 @@
 #include "internal.h"
 
 enum {
-  RESTART_US = 10000, /* from OPEN on again at most so often */
-  TRIES = 10,         /* without any answer */
+  RESTART_US = 10000,       /* from OPEN on again at most so often */
+  TRIES = 10,               /* without any answer */
+  ANSWER_BITS_MOST = 50000, /* of T_answer */
   BUSY_UNIT_US = 10000,
-  MAP_FRAMES = 40 /* that a MISSING names */
+  BUSY_BITS = 20000, /* a wait does not grow beyond that */
+  MAP_FRAMES = 40    /* that a MISSING names */
 };
 #define STALL_US 10000000u /* without an answer and without a frame that leaves */
 
@@ -84,32 +86,40 @@ void outgoing_sent(struct transport_outgoing *m) {
   else clear_bit(m->todo, (unsigned)first_todo(m));
 }
 
-static uint64_t answer_us(const struct transport *t) { return time_or_bits(t, 50000, 5000); }
+/* T_answer, twice as long after each try: frames to lower addresses, this node's own ones too, go before the
+ * answers, and each try makes more of them. */
+static uint64_t answer_us(const struct transport *t, const struct transport_outgoing *m) {
+  uint32_t bits = m->answer_bits;
+  for (uint8_t i = 0; i < m->tries && bits < ANSWER_BITS_MOST; ++i)
+    bits = 2 * bits < ANSWER_BITS_MOST ? 2 * bits : ANSWER_BITS_MOST;
+  return time_or_bits(t, 50000, bits);
+}
 
 uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, uint64_t now_us) {
   if (m->waits && now_us < m->wait_end) return m->wait_end;
   if (m->waits) {
     m->waits = false;
+    if (m->waited < UINT8_MAX) ++m->waited;
     m->open = true;
     m->progress_at = now_us;
   }
-  const uint64_t stalled_at = m->progress_at + STALL_US;
-  if (now_us >= stalled_at) end_with(m, TRANSPORT_NOT_CONFIRMED);
-  if (m->over || m->closing || m->open || first_todo(m) >= 0 || slot_waits_of(t, m->destination, m->pipe))
+  if (m->closing || m->open || first_todo(m) >= 0 || slot_waits_of(t, m->destination, m->pipe)) {
+    const uint64_t stalled_at = m->progress_at + STALL_US;
+    if (now_us >= stalled_at) end_with(m, TRANSPORT_NOT_CONFIRMED);
     return stalled_at;
+  }
   /* Everything has left: the answers of those that are awaited are missing. */
   m->went_out = true;
   if (!any_byte(m->awaited, TRANSPORT_MAP_BYTES)) {
     end_with(m, TRANSPORT_NOT_CONFIRMED); /* nobody is there who could */
-    return stalled_at;
+    return UINT64_MAX;
   }
-  const uint64_t answer_end = m->left_at + answer_us(t);
-  if (now_us >= answer_end) {
-    m->left_at = now_us;
-    if (++m->tries == TRIES) m->closing = true;
-    else m->open = true;
-  }
-  return earlier(m->left_at + answer_us(t), stalled_at);
+  const uint64_t answer_end = m->left_at + answer_us(t, m);
+  if (now_us < answer_end) return answer_end;
+  m->left_at = m->progress_at = now_us;
+  if (++m->tries == TRIES) m->closing = true;
+  else m->open = true;
+  return now_us + STALL_US;
 }
 
 static void heard(struct transport_outgoing *m, uint64_t now_us) {
@@ -142,13 +152,22 @@ static void done(struct transport_outgoing *m, uint8_t from, uint8_t result, uin
   end_with(m, any_byte(m->unconfirmed, TRANSPORT_MAP_BYTES) ? TRANSPORT_IS_REFUSED : TRANSPORT_IS_DELIVERED);
 }
 
+/* What a BUSY names, twice as much for each wait that has passed: many messages that wait for a receiver
+ * which is busy for long would fill a slow bus with OPEN and BUSY. */
+static uint64_t wait_us(const struct transport *t, const struct transport_outgoing *m, uint8_t named) {
+  const uint64_t most = time_or_bits(t, 0, BUSY_BITS);
+  uint64_t us = (uint64_t)(named == 0 ? 1 : named) * BUSY_UNIT_US;
+  for (uint8_t i = 0; i < m->waited && us < most; ++i) us = earlier(2 * us, most);
+  return us;
+}
+
 /* Of a message to all, those that are not busy get what they miss meanwhile. They say so T_gap behind
  * OPEN. */
 static void busy(const struct transport *t, struct transport_outgoing *m, uint8_t wait, uint64_t now_us) {
-  uint64_t end = now_us + (uint64_t)(wait == 0 ? 1 : wait) * BUSY_UNIT_US;
-  const uint64_t answer_end = now_us + answer_us(t);
-  if (m->destination == 0 && end < answer_end) end = answer_end;
   heard(m, now_us);
+  uint64_t end = now_us + wait_us(t, m, wait);
+  const uint64_t answer_end = now_us + answer_us(t, m);
+  if (m->destination == 0 && end < answer_end) end = answer_end;
   if (!m->waits || end > m->wait_end) m->wait_end = end;
   m->waits = true;
   m->open = false;

@@ -2,8 +2,9 @@
 #include "internal.h"
 
 enum {
-  GAPS = 10,    /* in a row, after which a message is dropped */
-  FORGET_S = 20 /* a pipe of which nothing comes */
+  GAP_US = 20000, /* T_gap, or so many bits: a turn of all messages of a sender takes less */
+  GAP_BITS = 4000,
+  GAPS = 10 /* in a row, after which a message is dropped */
 };
 
 void receiver_start(struct transport *t) {
@@ -40,7 +41,7 @@ static struct transport_incoming *free_place(struct transport *t, bool is_short)
 
 static void forget_frames(struct transport_incoming *m) {
   for (unsigned i = 0; i < sizeof m->bitmap; ++i) m->bitmap[i] = 0;
-  m->received = 0;
+  m->received = m->sent = 0;
   m->highest = -1;
 }
 
@@ -72,6 +73,7 @@ static void begin(struct transport *t, const struct transport_message *message, 
   m->message.repeat = !pipe_of(t, message)->seen;
   m->message.data = m->data;
   forget_frames(m);
+  m->opened = true;
   hears(m, now_us);
   if (is_short) {
     copy_bytes(m->data, f->data + 2, message->length);
@@ -97,8 +99,9 @@ static void hears_pipe(struct transport_pipe *pipe, uint64_t now_us) {
 
 /* Its last number is forgotten when nothing comes for long: its sender relies on that when it has used up the
  * numbers that count as newer (TB-26). */
-static void forget_old(struct transport_pipe *pipe, struct transport_incoming *m, uint64_t now_us) {
-  if ((uint32_t)(now_us / US_IN_S) - pipe->heard_s < FORGET_S) return;
+static void forget_old(const struct transport *t, struct transport_pipe *pipe, struct transport_incoming *m,
+                       uint64_t now_us) {
+  if ((uint32_t)(now_us / US_IN_S) - pipe->heard_s < forget_pipe_s(t)) return;
   pipe->has_last = false;
   if (m != 0) m->passed = true;
 }
@@ -135,7 +138,7 @@ void receiver_opening(struct transport *t, const struct ring_id *id, const struc
   const uint32_t crc = is_short ? 0 : get_number(f->data + 4, 4);
   struct transport_pipe *pipe = pipe_of(t, &message);
   struct transport_incoming *m = receiver_find(t, id->source, message.to_all, id->pipe);
-  forget_old(pipe, m, now_us);
+  forget_old(t, pipe, m, now_us);
   const bool is_last = pipe->has_last && pipe->last == message.number;
   if (!is_last && is_past(pipe, m, message.number)) {
     count(t, TRANSPORT_OLD_NUMBER);
@@ -151,6 +154,7 @@ void receiver_opening(struct transport *t, const struct ring_id *id, const struc
   if (m != 0 && m->state == INCOMING_COMPLETE) {
     reply_busy(t, &message, life); /* until the host has taken it */
   } else if (same && m->message.length == length && m->crc == crc) {
+    m->opened = true;
     hears(m, now_us);
   } else {
     if (m != 0) receiver_drop(t, m);
@@ -163,7 +167,7 @@ void receiver_close(struct transport *t, const struct ring_id *id, const uint8_t
   const uint8_t number = bytes[0];
   struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
-  forget_old(pipe, m, now_us);
+  forget_old(t, pipe, m, now_us);
   if (is_past(pipe, m, number) || (pipe->has_last && pipe->last == number) ||
       (is_this(m, number) && m->state == INCOMING_COMPLETE)) {
     count(t, TRANSPORT_UNEXPECTED);
@@ -197,7 +201,7 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
   struct transport_source *s = life_known(t, id->source, now_us);
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
   struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
-  forget_old(pipe, m, now_us);
+  forget_old(t, pipe, m, now_us);
   hears_pipe(pipe, now_us); /* whatever it is good for: its sender counts what has left */
   if (m == 0) {
     count(t, TRANSPORT_NO_MESSAGE);
@@ -214,6 +218,8 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
     count(t, TRANSPORT_DOUBLE);
   } else {
     s->heard_at = now_us;
+    m->opened = false;
+    if (id->number >= m->sent) m->sent = (uint16_t)(id->number + 1u);
     set_bit(m->bitmap, id->number);
     copy_bytes(m->data + RING_FRAME_BYTES * id->number, f->data, f->dlc);
     hears(m, now_us);
@@ -223,7 +229,7 @@ void receiver_data(struct transport *t, const struct ring_id *id, const struct r
 }
 
 uint64_t receiver_poll(struct transport *t, uint64_t now_us) {
-  const uint64_t gap_us = time_or_bits(t, 20000, 2000);
+  const uint64_t gap_us = time_or_bits(t, GAP_US, GAP_BITS);
   uint64_t due = UINT64_MAX;
   for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
     struct transport_incoming *m = &t->incoming[i];
@@ -234,6 +240,8 @@ uint64_t receiver_poll(struct transport *t, uint64_t now_us) {
         receiver_drop(t, m);
         continue;
       }
+      /* Its sender sends nothing behind OPEN: it has sent all, or has found the receiver busy. */
+      if (m->opened) m->sent = m->parts;
       reply_missing(t, m, t->sources[m->message.source].life);
     }
     due = earlier(due, m->heard_at + gap_us);
@@ -264,7 +272,7 @@ void transport_take(struct transport *t, const struct transport_message *message
     if (&m->message != message || m->state != INCOMING_COMPLETE) continue;
     struct transport_pipe *pipe = pipe_of(t, message);
     life_known(t, message->source, t->now_us);
-    forget_old(pipe, m, t->now_us);
+    forget_old(t, pipe, m, t->now_us);
     m->state = INCOMING_FREE;
     /* Its sender would take DONE for that of another message, 256 later. */
     if (m->detached || m->passed) return;

@@ -27,12 +27,15 @@ void reply_busy(struct transport *t, const struct transport_message *m, uint8_t 
   answer_put(t, &f, m->to_all);
 }
 
+/* A frame that has not been sent yet is not missing: it comes later where the bus or its sender has much to
+ * do. */
 void reply_missing(struct transport *t, struct transport_incoming *m, uint8_t life) {
   struct ring_frame f = reply(t, &m->message, RING_MISSING, life, 8);
   unsigned first = 0;
-  while (bit_of(m->bitmap, first)) ++first; /* one is missing */
+  while (first < m->sent && bit_of(m->bitmap, first)) ++first;
+  if (first == m->sent) return;
   f.data[2] = (uint8_t)first;
-  for (unsigned i = 0; i < MAP_FRAMES && first + i < m->parts; ++i) {
+  for (unsigned i = 0; i < MAP_FRAMES && first + i < m->sent; ++i) {
     if (bit_of(m->bitmap, first + i)) continue;
     f.data[3 + i / 8] = (uint8_t)(f.data[3 + i / 8] | 0x80u >> i % 8);
     m->highest = (int16_t)(first + i);

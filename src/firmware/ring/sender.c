@@ -4,7 +4,8 @@
 enum {
   MOST_ANSWERS = 200, /* of each member */
   MOST_UNHEARD = 100, /* numbers of a pipe: of 127 the last one still counts as newer */
-  REST_S = 22         /* until all receivers have forgotten a pipe, of which nothing comes */
+  ANSWER_BITS = 5000, /* T_answer */
+  MEMBER_BITS = 250   /* more of it for each node that answers a message to all: its answer, and a HELLO */
 };
 
 static struct transport_outgoing *of_pipe(struct transport *t, uint8_t destination, uint8_t pipe) {
@@ -23,9 +24,12 @@ static bool is_used_up(const struct transport *t, uint8_t destination, uint8_t p
   return t->unheard[destination][pipe] >= MOST_UNHEARD;
 }
 
+/* All receivers have forgotten a pipe of which nothing has come for so long; their clocks may be slower. */
+static uint16_t rest_s(const struct transport *t) { return (uint16_t)(forget_pipe_s(t) * 11 / 10); }
+
 static bool rests(const struct transport *t, uint8_t destination, uint8_t pipe, uint64_t now_us) {
   return is_used_up(t, destination, pipe) &&
-         (uint16_t)(seconds(now_us) - t->left_s[destination][pipe]) < REST_S;
+         (uint16_t)(seconds(now_us) - t->left_s[destination][pipe]) < rest_s(t);
 }
 
 /* The lowest free pipe, or RING_PIPES; the last one is for urgent messages only. One of which a frame still
@@ -72,6 +76,7 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
                                    .number = take_number(t, destination, pipe, now_us),
                                    .tag = tag,
                                    .length = length,
+                                   .answer_bits = ANSWER_BITS,
                                    .crc = ring_crc32(data, length),
                                    .data = data,
                                    .restarted_at = now_us,
@@ -84,8 +89,11 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
   else transport_members(t, m->awaited, now_us);
   clear_bit(m->awaited, t->config.address);
   copy_bytes(m->unconfirmed, m->awaited, TRANSPORT_MAP_BYTES);
-  for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
+  for (unsigned a = 0; a < TRANSPORT_NODES; ++a) {
     if (bit_of(m->awaited, a)) m->most_answers += MOST_ANSWERS;
+    /* Nodes answer whether they are awaited or not. */
+    if (destination == 0 && (bit_of(m->awaited, a) || t->member[a])) m->answer_bits += MEMBER_BITS;
+  }
   return true;
 }
 

@@ -57,8 +57,12 @@ uint64_t slots_look(struct transport *t, uint64_t now_us) {
     t->slots[kept++] = slot;
     if (sender_has(t, &id)) continue; /* for 10 s at most, then the message has ended */
     const uint64_t end = stale_at(t, slot.frame.id, slot.put_at);
-    if (now_us >= end) can_port_abort(t->port, slot.frame.id);
-    else due = earlier(due, end);
+    if (now_us < end) {
+      due = earlier(due, end);
+      continue;
+    }
+    can_port_abort(t->port, slot.frame.id);
+    if (!id.is_data && id.number == RING_HELLO) t->hello_due = true; /* a new one goes instead */
   }
   t->slot_count = kept;
   return due;

@@ -10,7 +10,9 @@ struct transport_outgoing {
   bool waits;    /* for the time that a BUSY has named */
   bool went_out; /* all of its frames have left once */
   uint8_t destination, pipe, number, tries;
+  uint8_t waited; /* waits that have passed since its receiver was found busy */
   uint16_t tag, length;
+  uint16_t answer_bits; /* T_answer, where bits are slow */
   uint32_t crc, answers, most_answers;
   uint8_t todo[TRANSPORT_PARTS / 8]; /* data frames to be sent */
   uint8_t awaited[TRANSPORT_MAP_BYTES], unconfirmed[TRANSPORT_MAP_BYTES];
@@ -26,6 +28,8 @@ struct transport_incoming {
   bool detached; /* its source has begun a new life, or is forgotten */
   bool passed;   /* a newer one of its pipe has come, or nothing for long: it is not awaited (TB-25) */
   uint16_t parts, received;
+  uint16_t sent;   /* frames before this one have left their sender, as far as is known */
+  bool opened;     /* OPEN has come last */
   int16_t highest; /* the highest frame that a MISSING has named, or -1 */
   uint8_t gaps;
   uint8_t bitmap[TRANSPORT_PARTS / 8];
@@ -104,7 +108,8 @@ struct transport {
   uint8_t shorts[TRANSPORT_SHORTS][TRANSPORT_SHORT_BYTES];
 
   bool hello_due;
-  uint64_t hello_at;
+  uint64_t hello_at; /* when the last one was due */
+  uint8_t known;     /* nodes of which a HELLO has come */
   bool member[TRANSPORT_NODES];
   uint8_t told[TRANSPORT_NODES][1 + TRANSPORT_HELLO_BYTES]; /* in the last HELLO */
   uint32_t news;                                            /* times that a HELLO told something else */

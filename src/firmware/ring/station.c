@@ -1,22 +1,36 @@
 /* What needs no answer: HELLO (TP-31) and process data (TP-50). */
 #include "internal.h"
 
-enum { HELLO_MS = 1000, MEMBER_HELLOS = 3, PORTS = 1 /* byte of HELLO behind the life */ };
+enum {
+  HELLO_US = 1000000,
+  HELLO_BITS = 1000, /* of the bus for each node: HELLO of all take a sixth of it at most */
+  MEMBER_HELLOS = 3,
+  PORTS = 1 /* byte of HELLO behind the life */
+};
 
-static uint32_t hello_us(const struct transport *t) {
-  return (t->config.hello_ms == 0 ? HELLO_MS : t->config.hello_ms) * (uint32_t)US_IN_MS;
+/* On a ring with so many nodes. */
+static uint64_t hello_us(const struct transport *t, unsigned nodes) {
+  if (t->config.hello_ms != 0) return t->config.hello_ms * (uint64_t)US_IN_MS;
+  return time_or_bits(t, HELLO_US, HELLO_BITS * nodes);
 }
 
-void station_start(struct transport *t, uint64_t now_us) { t->hello_at = now_us; }
+void station_start(struct transport *t, uint64_t now_us) {
+  t->hello_due = true;
+  t->hello_at = now_us;
+}
 
 void station_heard(struct transport *t, uint8_t source, const uint8_t *bytes, uint64_t now_us) {
+  if (!t->member[source]) ++t->known;
   if (!t->member[source] || !same_bytes(t->told[source], bytes, sizeof t->told[source])) ++t->news;
   t->member[source] = true;
   copy_bytes(t->told[source], bytes, sizeof t->told[source]);
   t->member_at[source] = now_us;
 }
 
-uint64_t transport_member_us(const struct transport *t) { return MEMBER_HELLOS * (uint64_t)hello_us(t); }
+/* Another node may know of more nodes than this one, as many as there can be: it is not forgotten then. */
+uint64_t transport_member_us(const struct transport *t) {
+  return MEMBER_HELLOS * hello_us(t, RING_LAST_ADDRESS);
+}
 
 void transport_members(const struct transport *t, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us) {
   for (unsigned i = 0; i < TRANSPORT_MAP_BYTES; ++i) map[i] = 0;
@@ -110,12 +124,12 @@ uint8_t transport_value(const struct transport *t, uint8_t source, uint8_t numbe
 }
 
 uint64_t station_poll(struct transport *t, uint64_t now_us) {
-  uint64_t due;
-  if (now_us >= t->hello_at) {
+  const uint64_t every_us = hello_us(t, t->known + 1u); /* it grows as others tell of themselves */
+  if (now_us >= t->hello_at + every_us) {
     t->hello_due = true;
-    t->hello_at = now_us + hello_us(t);
+    t->hello_at = now_us;
   }
-  due = t->hello_at;
+  uint64_t due = t->hello_at + every_us;
   for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
     struct transport_object *o = &t->objects[i];
     if (!o->used) continue;

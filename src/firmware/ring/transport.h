@@ -32,7 +32,7 @@ struct transport_config {
   uint16_t kbps;                        /* of the ring, 5 to 2000 */
   uint8_t slots;                        /* frames in the port, 8 to 16, else 8 (TB-04) */
   uint16_t pd_ms;                       /* process data are sent again after this time, 1 to 1000 */
-  uint16_t hello_ms;                    /* between two HELLO, the same in all nodes; 0: 1000 */
+  uint16_t hello_ms;                    /* between two HELLO, the same in all nodes; 0: as TB-28 has it */
   uint8_t hello[TRANSPORT_HELLO_BYTES]; /* HELLO behind the life: ring state, ports, ... */
 };
 
@@ -94,8 +94,8 @@ uint64_t transport_poll(struct transport *transport, uint64_t now_us);
 
 /* Sends a message of 1 to 2,048 bytes, which must stay where they are until it has ended. `tag` is the host's
  * own number of it. `members`: who has to confirm a message to all (destination 0); null: everyone of whom a
- * HELLO came within 3 s. If that is nobody it ends as not confirmed. False: it is impossible, or there is no
- * place. */
+ * HELLO came within `transport_member_us`. If that is nobody it ends as not confirmed. False: it is
+ * impossible, or there is no place. */
 bool transport_send(struct transport *transport, uint16_t tag, uint8_t destination, bool urgent,
                     const uint8_t *data, uint16_t length, const uint8_t *members, uint64_t now_us);
 
@@ -113,7 +113,7 @@ void transport_take(struct transport *transport, const struct transport_message 
 /* The host has the message in work: it stays until it is taken, but the next one is received now. */
 void transport_hold(struct transport *transport, const struct transport_message *message);
 
-/* The nodes of which a HELLO came within 3 s. */
+/* The nodes of which a HELLO came within `transport_member_us`. */
 void transport_members(const struct transport *transport, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us);
 
 /* What a node has told in its last HELLO: its life, then as in the configuration. False: there was none. */

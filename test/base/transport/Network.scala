@@ -18,14 +18,15 @@ final case class Faults(
     breaks: Double = 0
 )
 
-/** A CAN bus of 1 Mbit/s with nodes of which each is the model or the program in C, hosts that send messages
-  * at random and take those that come, and a tracker that sees what becomes of each. All is chosen by the
-  * seed.
+/** A CAN bus with nodes of which each is the model or the program in C, hosts that send messages at random
+  * and take those that come, and a tracker that sees what becomes of each. All is chosen by the seed.
   *
   * @param inC
   *   which nodes are in C
+  * @param kbps
+  *   bit rate
   */
-class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
+class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean, kbps: Int = 1000) {
   import Network._
 
   private val random  = new Random(seed)
@@ -50,7 +51,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     private var polledAt  = 0L
     private var favourite = 0
     var most              = random.nextInt(4)
-    private def params    = TransportParams(address, life, slots = places)
+    private def params    = TransportParams(address, life, kbps, slots = places)
     private def make() =
       if (inC(index)) new NodeInC(params, now) else new TransportModel(params, now)
 
@@ -156,7 +157,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     val best = nodes.filter(n => !n.isDown && n.slots.nonEmpty).map(n => n -> n.slots.minBy(_.id))
     if (best.nonEmpty) {
       val (from, f) = best.minBy(_._2.id)
-      now += 80 + 10 * f.dlc
+      now += (80 + 10 * f.dlc) * 1000L / kbps
       from.leave(f)
       val to = FrameId.of(f.id).destination
       for (n <- nodes if (n ne from) && (to == 0 || n.address == to) && !isCut(n, from)) deliver(n, f)
@@ -197,9 +198,9 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
       if (nodes.forall(_.most == 0)) nodes(random.nextInt(count)).sends(3)
       step()
     }
-    val end = now + 60000000L
+    val end = now + 60000000L * 1000 / kbps
     while (nodes.exists(_.underWay.nonEmpty)) {
-      assert(now < end, s"seed $seed: after a minute ${nodes.map(_.underWay.size)} messages are under way")
+      assert(now < end, s"seed $seed: after long ${nodes.map(_.underWay.size)} messages are under way")
       step()
     }
     nodes.foreach(_.close())

@@ -26,6 +26,9 @@ class NetworkSpec extends AnyFlatSpec {
         new Network(16, seed, all, inC).run(part.toInt)
       })
 
+  "TP-30, TB-28 to TB-30: on a slow ring each message" should "be delivered once, or be not confirmed" in
+    info(new Network(16, 6, all, _ % 2 == 0, kbps = 20).run(100))
+
   "TP-05, TP-30: without faults all messages" should "be delivered, urgent ones faster" in {
     val text = new Network(16, 4, Faults(), _ % 2 == 0).run(100)
     assert(text.contains(" 0 not confirmed, 0 lost by a restart, 0 repeats"), text)

@@ -87,6 +87,15 @@ abstract class ReceiverRules extends TransportCases {
     deliver(b, 0, life = Life - 1)
   }
 
+  it should "not be so before 500,000 bits have passed (TB-28)" in
+    node(TransportParams(Own, 7, kbps = 5)) { b =>
+      deliver(b, 9)
+      b.run(ms(99999))
+      assert(b.hear(short(0, Seq(2), life = Life - 1)).isEmpty && b.t.received.isEmpty)
+      b.run(ms(1))
+      deliver(b, 0, life = Life - 1)
+    }
+
   "TP-20, TB-12: a source of which data come" should "not be forgotten" in node() { b =>
     val data = message(2048)
     deliver(b, 0)
@@ -199,15 +208,43 @@ abstract class ReceiverRules extends TransportCases {
     assert(b.hear(parts(message(20)).head).map(code) == Seq(Code.Unknown))
   }
 
-  it should "count in a row, and wait for 2,000 bits where they are slow" in
+  it should "count in a row, and wait for 4,000 bits where they are slow (TB-30)" in
     node(TransportParams(Own, 7, kbps = 5)) { b =>
       b.hear(open(0, message(20)))
-      assert(b.run(ms(3999)).size == 9)
-      b.hear(parts(message(20)).head)
-      assert(b.run(ms(3999)).size == 9 && b.counts == Map.empty)
+      assert(b.runTimed(ms(7999)).map(_._1 - Start) == (1 to 9).map(n => ms(800.0 * n)))
+      b.hear(parts(message(20)).last)
+      assert(b.run(ms(7999)).size == 9 && b.counts == Map.empty)
       b.run(ms(2))
       assert(b.counts == Map(Counter.Dropped -> 1))
     }
+
+  "TP-23, TB-30: what was not sent yet" should "not be missing" in node() { b =>
+    val all = parts(message(100)) // 13 frames
+    b.hear(open(0, message(100)) +: Seq(0, 1, 4).map(all): _*)
+    assert(b.run(ms(20)) == Seq(missingBy(0, 2, 3L << 38)))
+    assert(b.hear(all(3)) == Seq(missingBy(0, 2, 1L << 39)))
+    assert(b.run(ms(20)) == Seq(missingBy(0, 2, 1L << 39))) // it is lost again
+    assert(b.hear(all(2)).isEmpty && b.run(ms(199)).isEmpty)
+    // Behind the last frame its sender asks by OPEN.
+    assert(b.hear(open(0, message(100))).isEmpty && b.run(ms(20)) == Seq(missingBy(0, 5, 0xffL << 32)))
+    assert(b.hear(all(12)) == Seq(missingBy(0, 5, 0xfeL << 32)))
+    assert(b.hear(all.slice(5, 12): _*).isEmpty && b.take().data == message(100))
+  }
+
+  it should "not be so behind OPEN alone, as of a message that has waited" in node() { b =>
+    val all = parts(message(400)) // 50 frames
+    b.hear(open(0, message(400)))
+    assert(b.run(ms(20)) == Seq(missingBy(0, 0, (1L << 40) - 1)))
+    assert(b.hear(all.take(40): _*) == Seq(missingBy(0, 40, 0x3ffL << 30)))
+    assert(b.hear(all.drop(40): _*).isEmpty && b.take().data == message(400))
+  }
+
+  it should "not be so of a message with a wrong CRC" in node() { b =>
+    b.hear(open(0, message(20)) +: parts(message(20, salt = 1)): _*)
+    assert(b.run(ms(20)).isEmpty)
+    b.hear(open(0, message(20)))
+    assert(b.run(ms(20)) == Seq(missingBy(0, 0, 7L << 37)))
+  }
 
   "TB-16: OPEN again" should "begin the gap anew" in node() { b =>
     b.hear(open(0, message(20)))
@@ -313,6 +350,14 @@ abstract class ReceiverRules extends TransportCases {
     seconds(b, 20)
     assert(b.take().number == 6 && b.run().isEmpty)
     deliver(b, 200)
+  }
+
+  it should "not be so before 1,000,000 bits have passed" in node(TransportParams(Own, 7, kbps = 5)) { b =>
+    deliver(b, 5)
+    seconds(b, 199)
+    assert(b.hear(short(5, Seq(1))) == Seq(doneBy(5)))
+    seconds(b, 200)
+    assert(b.hear(parts(message(20)).head).map(code) == Seq(Code.Unknown))
   }
 
   it should "not be so as long as doubles come, before and behind the host's taking" in node() { b =>

@@ -180,6 +180,8 @@ abstract class SenderRules extends TransportCases {
 
   "TP-11, TB-06: BUSY" should "bring OPEN after its wait, for as long as it comes" in node() { b =>
     b.send(message(20))
+    b.hear(busy(0, 0))
+    assert(b.run(ms(10) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Open))
     for (_ <- 1 to 30) {
       assert(b.hear(busy(0, 3)).isEmpty)
       assert(b.hear(unknown(), done(255), missing(0, 0, 0x8000000000L)).isEmpty) // until then they wait
@@ -188,9 +190,28 @@ abstract class SenderRules extends TransportCases {
     }
     b.hear(busy(0, 20), busy(0, 10))
     assert(b.runTimed(ms(249)).map(f => (b.now - f._1, code(f._2))) == Seq((ms(49), Code.Open)))
-    b.hear(busy(0, 0))
-    assert(b.run(ms(10)).map(code) == Seq(Code.Open))
     assert(b.hear(missing(0, 0, 0xe000000000L)).map(code) == Seq(0, 1, 2))
+  }
+
+  "TP-11, TB-06: a wait" should "be twice as long each time, up to 20,000 bits" in
+    node(TransportParams(Own, 7, kbps = 5)) { b =>
+      b.send(message(20))
+      for (wait <- Seq(20, 40, 80, 160, 320, 640, 1280, 2560, 4000, 4000)) {
+        b.hear(busy(0, 2))
+        assert(b.run(ms(wait) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Open), wait)
+      }
+      b.hear(busy(0, 250)) // longer ones are as they are
+      b.send(Seq(1), tag = 2)
+      b.hear(busy(0, 2, pipe = 1)) // another message
+      assert(b.run(ms(20)).map(code) == Seq(Code.Short))
+    }
+
+  it should "not grow where bits are fast" in node() { b =>
+    b.send(message(20))
+    for (_ <- 1 to 10) {
+      b.hear(busy(0, 2))
+      assert(b.run(ms(20)).map(code) == Seq(Code.Open))
+    }
   }
 
   "TB-06: a message that finds its receiver busy" should "end when its host gives it up" in node() { b =>
@@ -242,10 +263,32 @@ abstract class SenderRules extends TransportCases {
     assert(b.run(ms(1)).map(code) == Seq(Code.Close))
   }
 
-  it should "wait for 5,000 bits where they are slow" in node(TransportParams(Own, 7, kbps = 5)) { b =>
-    b.send(Seq(1))
-    assert(b.runTimed(ms(1500)).map(f => f._1 - Start) == Seq(ms(1000)))
-  }
+  it should "wait for 5,000 bits where they are slow, twice as long each time up to 50,000 (TB-29)" in
+    node(TransportParams(Own, 7, kbps = 5)) { b =>
+      b.send(Seq(1))
+      b.run(ms(3500))
+      b.hear(busy(0, 1)) // an answer
+      val first  = b.now + ms(10)
+      val sent   = b.runTimed(ms(80000)).map { case (at, f) => (at - first, code(f)) }
+      val shorts = Seq(0, 1, 3, 7, 15, 25, 35, 45, 55, 65).map(s => (ms(1000.0 * s), Code.Short))
+      assert(sent == shorts :+ ((ms(75000), Code.Close)))
+      assert(b.ended().map(_.outcome) == Seq(Outcome.NotConfirmed))
+    }
+
+  "TP-31, TB-29: T_answer of a message to all" should "grow with those who answer" in
+    node(TransportParams(Own, 7, kbps = 5)) { b =>
+      val members = (3 to 12).toSet
+      for (from <- Seq(12, 20)) b.hear(BusFrame(id(Code.Hello, to = 0, from = from), Life +: Seq.fill(7)(0)))
+      b.send(Seq(1), to = 0, members = Some(members)) // eleven nodes may answer
+      def asksAgain = b.run(ms(1550) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Short)
+      assert(asksAgain)
+      b.hear(toAll(Code.Busy, 0, 0x87, 2)(3)) // OPEN waits for so long, at least (TB-06)
+      assert(asksAgain)
+      for (from <- members) b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(from))
+      assert(b.ended().map(_.outcome) == Seq(Outcome.Delivered))
+      b.send(Seq(1), tag = 2)
+      assert(b.run(ms(1000)).map(code) == Seq(Code.Short)) // one to a node
+    }
 
   it should "count from when the last frame has left" in node() { b =>
     b.isHeld = true

@@ -48,6 +48,28 @@ abstract class StationRules extends TransportCases {
     assert(b.ended().map(_.outcome) == Seq(Outcome.Delivered))
   }
 
+  private def helloFrom(from: Int) =
+    BusFrame(id(Code.Hello, to = 0, from = from), Life +: Seq.fill(7)(0))
+
+  "TP-31, TB-28: HELLO" should "be rarer on a slow ring with many nodes" in
+    withTransport(TransportParams(Own, life = 7, kbps = 5), Start) { t =>
+      def times(from: Double, us: Long) = all(t, Start + ms(from), us).map(f => (f._1 - Start) / 1000)
+      assert(times(0, ms(2500)) == Seq(0, 1000, 2000))
+      for (from <- 10 to 18) t.receive(helloFrom(from), Start + ms(2500)) // with itself ten nodes
+      assert(times(2500, ms(4000)) == Seq(4000, 6000))
+      for (from <- 3 to 125; _ <- 1 to 2) t.receive(helloFrom(from), Start + ms(6600))
+      assert(times(6600, ms(60000)) == Seq(30800, 55600))
+    }
+
+  "TP-31, TB-28: the members" should "be there for as long as the rarest HELLO is rare" in
+    node(TransportParams(Own, life = 7, kbps = 5)) { b =>
+      b.hear(helloFrom(3))
+      b.run(ms(74999))
+      assert(b.t.members(b.now) == Set(3))
+      b.run(ms(1))
+      assert(b.t.members(b.now) == Set())
+    }
+
   "TP-50: process data" should "go out on change and every 100 ms" in node() { b =>
     def value(data: Int*) =
       BusFrame(FrameId(urgent = false, 9, isData = true, Own, 200, 15, end = true), data)
@@ -95,6 +117,19 @@ abstract class StationRules extends TransportCases {
       assert(b.waiting.map(_.data) == Seq(7 +: hello))
       b.run(ms(1))
       assert(b.waiting.map(_.data) == Seq(7 +: hello.reverse))
+    }
+
+  it should "do so long before the next one is due" in
+    node(TransportParams(Own, life = 7, kbps = 5, hello = hello)) { b =>
+      for (from <- 3 to 60) b.hear(helloFrom(from))
+      b.isHeld = true
+      b.t.setHello(hello.updated(1, 9), b.now) // a port changes
+      b.run()
+      b.t.setHello(Seq(9, 9, 3, 4, 5, 6, 7), b.now)
+      b.run(ms(3999))
+      assert(b.waiting.map(_.data) == Seq(7 +: hello.updated(1, 9)))
+      b.run(ms(1))
+      assert(b.waiting.map(_.data) == Seq(Seq(7, 9, 9, 3, 4, 5, 6, 7)))
     }
 
   "TP-50: values" should "have 64 places, and 64 to be followed" in node() { b =>

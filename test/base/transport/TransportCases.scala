@@ -77,6 +77,10 @@ object TransportCases {
     private val log     = mutable.Buffer.empty[(Long, BusFrame)]
     private val over    = mutable.Buffer.empty[Ended]
 
+    /** When the transport wants to be called again. */
+    def due: Long     = dueAt
+    private var dueAt = Start
+
     private def settle(): Long = {
       var due   = t.poll(now)
       var fresh = t.queued()
@@ -90,6 +94,7 @@ object TransportCases {
         gone = t.aborted()
       }
       over ++= t.ended()
+      dueAt = due
       due
     }
 
@@ -132,6 +137,9 @@ object TransportCases {
       gone.foreach(f => t.left(f.id))
     }
     def waiting: Seq[BusFrame] = held.toList
+
+    /** The one that is first in CAN order. */
+    def first: Option[BusFrame] = held.minByOption(_.id)
 
     def send(
         data: Seq[Int],

@@ -143,18 +143,23 @@ class Peer:
         size, crc = int.from_bytes(d[2:4], "big") + 1, int.from_bytes(d[4:8], "big")
         o = p["open"]
         if o is None or (o["number"], o["size"], o["crc"]) != (d[0], size, crc):
-            p["open"] = {"number": d[0], "size": size, "crc": crc, "parts": {}, "heard": now, "highest": None}
+            o = {"number": d[0], "size": size, "crc": crc, "parts": {}, "heard": now, "highest": None}
+            p["open"] = {**o, "sent": 0, "alone": True}
         else:
-            o["heard"] = now
-            if o["parts"]:
+            o["heard"], o["alone"] = now, True
+            if o["parts"]:  # at once: the ring's time may be slower than the wall's
+                o["sent"] = (size + 7) // 8
                 self.ask(source, pipe, p)
 
     def ask(self, source, pipe, p):
-        """Names the first frames that are missing (TP-23)."""
+        """Names the first frames that were sent and are missing (TP-23, TB-30)."""
         o = p["open"]
-        missing = [n for n in range((o["size"] + 7) // 8) if n not in o["parts"]]
-        if not missing:
+        count = (o["size"] + 7) // 8
+        if len(o["parts"]) == count:
             return self.complete(source, pipe, p)
+        missing = [n for n in range(o["sent"]) if n not in o["parts"]]
+        if not missing:
+            return
         named = [n for n in missing if n < missing[0] + 40]
         o["highest"] = named[-1]
         bits = sum(1 << (39 - (n - missing[0])) for n in named)
@@ -165,7 +170,7 @@ class Peer:
         o = p["open"]
         data = b"".join(o["parts"][n] for n in sorted(o["parts"]))
         if len(data) != o["size"] or zlib.crc32(data) != o["crc"]:  # TP-24
-            o["parts"] = {}
+            o["parts"], o["sent"] = {}, 0
             return self.put(source, DONE, pipe, [o["number"], self.lives[source], self.life, 2])
         self.received.append(data.hex())
         p.update(last=o["number"], open=None)
@@ -182,7 +187,8 @@ class Peer:
         length = 8 if number < count - 1 else o["size"] - 8 * (count - 1)
         if number >= count or len(d) != length or end != (number == count - 1) or number in o["parts"]:
             return  # TP-22
-        o["parts"][number], o["heard"] = bytes(d), now
+        o["parts"][number], o["heard"], o["alone"] = bytes(d), now, False
+        o["sent"] = max(o["sent"], number + 1)
         if end or len(o["parts"]) == count or number == o["highest"]:
             self.ask(source, pipe, p)
 
@@ -217,8 +223,11 @@ class Peer:
             while (m := self.bus.recv(0.002)) is not None:
                 self.take(m, time.monotonic())
             for (source, pipe), p in self.pipes.items():
-                if p["open"] and now > p["open"]["heard"] + self.gap_s:
-                    p["open"]["heard"] = now
+                o = p["open"]
+                if o and now > o["heard"] + self.gap_s:
+                    o["heard"] = now
+                    if o["alone"]:  # OPEN: all was sent, or the message has waited
+                        o["sent"] = (o["size"] + 7) // 8
                     self.ask(source, pipe, p)
 
 
