@@ -108,6 +108,10 @@ class Worker:
     def willing(self, shard):
         return self.refuses is not None and not self.excluded and shard.set not in self.refuses
 
+    def may_take(self, shard):
+        """Who has not said yet what it refuses may be willing."""
+        return self.willing(shard) or not (self.answered or self.excluded)
+
     def rest(self, longest=LONGEST_PAUSE):
         self.ask_at = time.monotonic() + self.pause
         self.pause = min(2 * self.pause, longest)
@@ -228,13 +232,13 @@ class Runner:
                 self._submit(Task(address, shard), work, shard, self.kept)
 
     def _next_for(self, address, worker):
-        """The place of the first shard for this worker; one that failed there only if no other takes it."""
+        """The place of the first shard for this worker; one that failed there if no other may take it."""
         for place, shard in enumerate(self.waiting):
             if not worker.willing(shard):
                 continue
             failed_on = self.troubles[shard].failed_on if shard in self.troubles else []
             if address not in failed_on or not any(
-                other.willing(shard) for name, other in self.workers.items() if name not in failed_on
+                other.may_take(shard) for name, other in self.workers.items() if name not in failed_on
             ):
                 return place
         return None

@@ -3,6 +3,7 @@
 `make campaign-test` builds what they run.
 """
 
+import concurrent.futures
 import json
 import os
 import re
@@ -23,6 +24,7 @@ from dask.distributed import Client
 from campaign import programs as programs_module
 from campaign import shard as shard_module
 from campaign import record
+from campaign import runner as runner_module
 from campaign.plan import Journal, plan
 from campaign.shard import Refused, Shard
 
@@ -38,6 +40,11 @@ FAKE = {
 
 
 SIZES = {"fuzz": 100, "soak": 20, "faults": 30}
+
+
+def done_of(shard):
+    """A good result."""
+    return {**shard.__dict__, "done": shard.size, "seconds": 1, "finding": None}
 
 
 def totals(frames, steps):
@@ -142,9 +149,6 @@ class Journals(unittest.TestCase):
         self.addCleanup(journal.close)
         return journal
 
-    def result(self, shard):
-        return {**shard.__dict__, "done": shard.size, "seconds": 1, "finding": None}
-
     def write(self, *contents):
         """Lines of a journal that nobody holds."""
         journal = self.journal()
@@ -152,14 +156,14 @@ class Journals(unittest.TestCase):
         journal.path.write_bytes(b"".join(contents))
 
     def line(self, shard, **changed):
-        return json.dumps({**self.result(shard), **changed}).encode() + b"\n"
+        return json.dumps({**done_of(shard), **changed}).encode() + b"\n"
 
     def test_forgets_a_line_cut_short_and_keeps_the_others(self):
         shards = self.shards
         self.write(self.line(shards[0]), b'{"kind": "fu')
         again = self.journal()
         self.assertEqual(list(again.results), [shards[0]])
-        again.add(shards[1], self.result(shards[1]))
+        again.add(shards[1], done_of(shards[1]))
         again.close()
         self.assertEqual(set(self.journal().results), {shards[0], shards[1]})
 
@@ -177,18 +181,18 @@ class Journals(unittest.TestCase):
 
     def test_on_a_full_disk_says_so_and_keeps_what_is_whole(self):
         journal = self.journal()
-        journal.add(self.shards[0], self.result(self.shards[0]))
+        journal.add(self.shards[0], done_of(self.shards[0]))
         whole = journal.path.read_bytes()
         soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
         # Python ignores the signal, so that a write beyond it fails, behind the part that fits.
         resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 10, hard))
         try:
             with self.assertRaisesRegex(Refused, r"cannot be written to .*shards\.jsonl: .*\."):
-                journal.add(self.shards[1], self.result(self.shards[1]))
+                journal.add(self.shards[1], done_of(self.shards[1]))
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         self.assertEqual(journal.path.read_bytes(), whole)
-        journal.add(self.shards[1], self.result(self.shards[1]))
+        journal.add(self.shards[1], done_of(self.shards[1]))
         journal.close()
         self.assertEqual(list(self.journal().results), self.shards[:2])
 
@@ -467,6 +471,60 @@ class Arguments(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             said = "sets without a shard, as there are fewer frames, steps or cycles than sets: other.\n"
             self.assertIn(said, done.stderr)
+
+
+class SlowScheduler:
+    """Two workers: `broken` fails at once with each shard, `slow` is late to say what it refuses.
+
+    It says so at the second look at the workers: by then the other one could have failed often.
+    """
+
+    status = "running"
+
+    def __init__(self, refuses):
+        self.refuses, self.question, self.looks = refuses, None, 0
+        self.given = []  # whom shards were given to
+
+    def scheduler_info(self, n_workers):
+        self.looks += 1
+        if self.looks == 2:
+            self.question.set_result(self.refuses)
+        return {"workers": {name: {"nthreads": 1} for name in ("broken", "slow")}}
+
+    def submit(self, function, *arguments, workers, **_):
+        future, (worker,) = concurrent.futures.Future(), workers
+        if function is runner_module.work:
+            self.given.append(worker)
+            if worker == "broken":
+                future.set_exception(OSError(28, "No space left on device"))
+            else:
+                future.set_result((done_of(arguments[0]), None))
+        elif worker == "broken":
+            future.set_result({})
+        else:
+            self.question = future
+        return future
+
+    def cancel(self, futures, force):
+        pass
+
+
+class Choice(unittest.TestCase):
+    """Which worker gets a shard that has failed."""
+
+    def run_one(self, refuses):
+        client, results = SlowScheduler(refuses), []
+        runner = runner_module.Runner(client, PROGRAMS, "0")
+        shard = plan(FAKE, totals(100, 20), 1, SIZES)[0]
+        runner.run([shard], lambda _, result: results.append(result), lambda _: None)
+        return client.given, results == [done_of(shard)], runner.failures
+
+    def test_is_one_that_has_not_said_yet_what_it_refuses(self):
+        self.assertEqual(self.run_one({}), (["broken", "slow"], True, []))
+
+    def test_is_the_same_if_the_other_one_refuses_it(self):
+        given, done, failures = self.run_one({"a": "The hash of set a differs."})
+        self.assertEqual((given, done, len(failures)), (["broken", "broken"], False, 1))
 
 
 class Cluster(unittest.TestCase):
