@@ -330,6 +330,17 @@ void endsWhenDue() {
           b.validSent() == 0 && b.sent(2, 0) == Sent{{0, 0}});
   }
 }
+
+// What is left in the FIFO makes no event.
+void framesLeft() {
+  GatewayBench b;
+  for (uint8_t n = 2; n < 80; ++n) b.hello(n);
+  b.run(100);
+  const bool hasMore = !b.ring.fifo.empty() && b.g.node.due_us <= b.g.node.now_us;
+  b.run(100);
+  check("GW-03: frames left in the controller are not waited for, and nothing is once they are taken",
+        hasMore && b.ring.fifo.empty() && b.g.node.due_us > b.g.node.now_us);
+}
 }  // namespace
 
 void testRingGateway() {
@@ -343,4 +354,5 @@ void testRingGateway() {
   for (uint8_t floating : {0x00, 0xff})
     for (unsigned ms : {20u, 120u, 500u}) outages(floating, ms);
   endsWhenDue();
+  framesLeft();
 }
