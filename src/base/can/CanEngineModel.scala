@@ -51,13 +51,14 @@ class CanEngineModel(
   private var field = Integrating
   private var bit   = 0
 
-  private var sends    = false                  // role in the frame
-  private var receives = false
-  private var attempt  = Option.empty[CanFrame] // on the wire, not yet decided
-  private var mayJoin  = false                  // SOF was heard in the last bit of the intermission
-  private var stamp    = 0
-  private var hard     = true
-  private var recovers = false
+  private var sends        = false                  // role in the frame
+  private var receives     = false
+  private var attempt      = Option.empty[CanFrame] // on the wire, not yet decided
+  private var acknowledges = false                  // the ACK slot of this frame
+  private var mayJoin      = false                  // SOF was heard in the last bit of the intermission
+  private var stamp        = 0
+  private var hard         = true
+  private var recovers     = false
 
   /** The level of the present bit inside; recessive is true. */
   var level: Boolean = true
@@ -135,7 +136,11 @@ class CanEngineModel(
     go(Sof)
   }
 
-  private def acknowledges = reader.crcIsRight && (receives || modes.loopBack)
+  /** It is decided now whether the frame is acknowledged (CB-06). */
+  private def goToAckSlot(): Unit = {
+    acknowledges = reader.crcIsRight && (receives || modes.loopBack)
+    go(AckSlot)
+  }
 
   private def sentLevel(frame: CanFrame): Boolean =
     if (stuffing.awaits) stuffing.stuffBit
@@ -152,7 +157,7 @@ class CanEngineModel(
     case ActiveErrorFlag | OverloadFlag   => inDominantFlag(heard)
     case PassiveErrorFlag                 => inPassiveFlag(heard)
     case ErrorDelimiter | OverloadDelim   => inDelimiter(heard)
-    case CrcDelimiter if !stuffing.awaits => if (heard) go(AckSlot) else error(CanError.Form)
+    case CrcDelimiter if !stuffing.awaits => if (heard) goToAckSlot() else error(CanError.Form)
     case AckSlot                          => inAckSlot(heard)
     case AckDelimiter                     => inAckDelimiter(heard)
     case Eof                              => inEof(heard)

@@ -9,7 +9,7 @@ import org.scalatest.flatspec.AnyFlatSpec
   * order and a sample in the same cycle are too rare for random buses.
   */
 class HostInAnyCycleSpec extends AnyFlatSpec {
-  import CanCases.{OneShot, RecoversItself, ThreeSamples}
+  import CanCases.{ListenOnly, LoopBack, OneShot, RecoversItself, ThreeSamples}
   private val port             = PortStarts.head
   private val frame            = CanFrame(0x555, extended = false, remote = false, 1, Seq(0x5a))
   private val wire             = Wire(frame)
@@ -94,8 +94,16 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     Sent,
     ThreeSamples
   )
+  private val inside =
+    for (
+      (name, slots, others, at, shows, control) <- Seq(
+        ("the frame is acknowledged inside", 1, quiet(end + 14), end + 1, Sent, LoopBack),
+        ("the frame is sent inside", 1, quiet(end + 14), end + 9, Sent, LoopBack),
+        ("a frame is listened to", 0, wire.levels + "111" + Wire.Eof, end + 1, RxLevel, ListenOnly)
+      )
+    ) yield Scene(name, slots, others, Some(at), shows, control)
   private val scenes =
-    inFrame ++ Seq(
+    inFrame ++ inside ++ Seq(
       glitch,
       goesOff,
       goesOff.copy(name = s"${goesOff.name} for a time", control = RecoversItself)
@@ -107,6 +115,8 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     ("a stop with a change of one shot", Control, c => Seq(c ^ OneShot)),
     ("a stop that clears all", Control, _ => Seq(0)),
     ("a change of one shot", Control, c => Seq(1 | c ^ OneShot)),
+    ("a change of loop back", Control, c => Seq(1 | c ^ LoopBack)),
+    ("a change of listen only", Control, c => Seq(1 | c ^ ListenOnly)),
     ("a change of what bus-off means", Control, c => Seq(1 | c ^ RecoversItself)),
     ("an order to recover", Command, _ => Seq(1)),
     ("an abort", Aborts, _ => Seq(1, 0)),
@@ -133,7 +143,7 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
       val twin  = new Twin(rtl.asInstanceOf[RtlPort], what)
       var opens = Long.MaxValue // the cycle in which the others begin
       val pass = () => {
-        if (sof < 0 && (!twin.driven || twin.cycle == opens)) sof = twin.cycle
+        if (sof < 0 && (twin.isSending || twin.cycle == opens)) sof = twin.cycle
         val bit   = if (sof < 0) -1 else ((twin.cycle - sof) / s.length).toInt
         val heard = scene.others.lift(bit).getOrElse('1')
         if (happens == Long.MaxValue && sof >= 0)
@@ -178,7 +188,7 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   private def latency(address: Int) = if (address == Requests) 20 else 4
 
   for ((name, address, bytes) <- orders)
-    s"CAN-40, CB-04, CB-09: $name in any cycle around what happens" should
+    s"CAN-40, CB-04, CB-06, CB-09: $name in any cycle around what happens" should
       "have the effect that it has in the model" in tier.run(name, tier.size) {
         for {
           scene <- scenes

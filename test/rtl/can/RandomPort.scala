@@ -35,7 +35,9 @@ class Twin(rtl: RtlPort, what: String) extends Sender with Assertions {
   }
 
   /** Of the model. */
-  def isOffBus: Boolean = super.read(CanRegisters.PortStarts.head + 2, 1).head % 4 == CanState.BusOff
+  def isOffBus: Boolean  = status % 4 == CanState.BusOff
+  def isSending: Boolean = (status & 0x10) != 0
+  private def status     = super.read(CanRegisters.PortStarts.head + CanRegisters.Status, 1).head
 
   /** The RTL comes to the time of the model. */
   def catchUp(): Unit = {
