@@ -157,7 +157,11 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
     }
   }
 
+  /** TEC as the host has read its first byte: one with words of a byte reads the other one later (CB-16). */
+  private var tecRead = 0
+
   def read(address: Int, count: Int): Seq[Int] = (address until address + count).map { a =>
+    if (a == start + CanRegisters.ErrorCounters || p.hostBytes > 1) tecRead = engine.tec
     if (a >= CanUnderTest.TimeAddress && a < CanUnderTest.TimeAddress + 4)
       time >> 8 * (a - CanUnderTest.TimeAddress) & 0xff
     else memory.register(a).fold(0)(memory.read(_, a, name => status(name.stripPrefix(s"${prefix}_"))))
@@ -174,7 +178,7 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
     case "sending"        => flag(engine.isSending)
     case "receiving"      => flag(engine.isReceiving)
     case "impossible"     => flag(!isPossible)
-    case "tec"            => engine.tec
+    case "tec"            => tecRead
     case "rec"            => engine.rec
     case "error_type"     => records.errorType
     case "error_sender"   => flag(records.asSender)

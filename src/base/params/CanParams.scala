@@ -14,6 +14,8 @@ package flyframe.params
   *   core cycles after which a request counts (CB-08)
   * @param bridge
   *   frames may be passed on to the other port (BR-01)
+  * @param hostBytes
+  *   bytes of the host's words: 1, 2 or 4
   */
 final case class CanParams(
     rxFrames: Int = 64,
@@ -21,7 +23,8 @@ final case class CanParams(
     slots: Int = 16,
     coreClockMhz: Int = 50,
     offerCycles: Int = 56,
-    bridge: Boolean = false
+    bridge: Boolean = false,
+    hostBytes: Int = 4
 ) {
   require(
     rxFrames >= 16 && rxFrames <= 128,
@@ -33,6 +36,7 @@ final case class CanParams(
     !bridge || filters >= CanParams.BridgeFilters.end,
     s"filters is $filters but must be ${CanParams.BridgeFilters.end} to 32 with a bridge."
   )
+  require(Seq(1, 2, 4).contains(hostBytes), s"hostBytes is $hostBytes but must be 1, 2 or 4.")
   require(coreClockMhz > 0, s"coreClockMhz is $coreClockMhz but must be 1 MHz or more.")
 }
 

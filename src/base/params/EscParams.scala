@@ -137,7 +137,8 @@ final case class EscParams(
     FibreParams(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)
 
   /** What the CAN ports of a node are built with. */
-  def can: CanParams = CanParams(rxFrames, filters, coreClockMhz = coreClockMhz, bridge = bridge == 1)
+  def can: CanParams =
+    CanParams(rxFrames, filters, coreClockMhz = coreClockMhz, bridge = bridge == 1, hostBytes = lanes)
 
   /** The PHY of a port has RMII, not MII. */
   def isRmii(port: Int): Boolean = (rmiiPorts >> port & 1) == 1

@@ -199,6 +199,14 @@ class PortHost(p: CanParams, port: Int, counters: Option[Int] = None) extends Mo
   orders.release       := acknowledged && isWritten(CanRegisters.RxRelease)
   orders.requested     := acknowledged && anyWanted
 
+  // Of a host with words of a byte: a read of the first byte of TEC keeps the other one (CB-16).
+  private val tec =
+    if (p.hostBytes > 1) status.tec
+    else {
+      val keeps = ends && !host.write && isAt(CanRegisters.ErrorCounters) && host.be(0)
+      RegEnable(status.tec(8), keeps) ## status.tec(7, 0)
+    }
+
   rxWord := offset(1, 0)
   private val inFrame = inPort && offset(3, 2).andR
   private val shown = Mux1H(
@@ -213,7 +221,7 @@ class PortHost(p: CanParams, port: Int, counters: Option[Int] = None) extends Mo
         0.U(9.W),
         flags.asUInt
       ),
-      isAt(CanRegisters.ErrorCounters)                            -> status.rec ## 0.U(7.W) ## status.tec,
+      isAt(CanRegisters.ErrorCounters)                            -> status.rec ## 0.U(7.W) ## tec,
       isAt(CanRegisters.RxLevel)                                  -> status.level,
       isAt(CanRegisters.Requests)                                 -> status.pending,
       isAt(CanRegisters.Sent)                                     -> status.failed ## status.sent,

@@ -75,10 +75,11 @@ class PortHostSpec extends AnyFlatSpec with ChiselScalatestTester {
       read.get
     }
     def write(address: Int, data: Long, be: Int = 15): Unit = access(address, write = true, data, be)
-    def read(address: Int): Long                            = access(address, write = false, 0, 15)
+    def read(address: Int, be: Int = 15): Long              = access(address, write = false, 0, be)
   }
 
-  private def host(body: (PortHost, Host) => Unit) =
+  private def host(body: (PortHost, Host) => Unit): Unit = hostOf(p)(body)
+  private def hostOf(p: CanParams)(body: (PortHost, Host) => Unit): Unit =
     test(new PortHost(p, 0))(dut => body(dut, new Host(dut, new Random(1))))
 
   "CB-12: a request of some slots" should "append each that is not pending, the first one first, and once" in
@@ -150,6 +151,28 @@ class PortHostSpec extends AnyFlatSpec with ChiselScalatestTester {
       assert(host.read(entry) == 0 && host.read(entry + 4) == 0)
       host.write(entry + 4, 0xdf000000L, be = 8)
       assert(host.read(entry) == 0x12345678L && host.read(entry + 4) == 0xdfaabbccL)
+    }
+
+  "CB-16: TEC" should "be that of one moment for a host that reads it byte by byte" in
+    hostOf(p.copy(hostBytes = 1)) { (dut, host) =>
+      val at = start + CanRegisters.ErrorCounters
+      for (first <- Seq(248, 256); behind <- Seq(0, 255, 256)) {
+        dut.status.tec.poke(first)
+        val low = host.read(at, be = 1) & 0xff
+        dut.status.tec.poke(behind)
+        host.read(at, be = 4)
+        host.read(start, be = 1)
+        host.write(at, 0, be = 1)
+        assert((host.read(at, be = 2) & 0xff00 | low) == first)
+      }
+    }
+
+  it should "be that of now for a host that reads it at once" in
+    hostOf(p.copy(hostBytes = 2)) { (dut, host) =>
+      for (tec <- Seq(256, 248, 256)) {
+        dut.status.tec.poke(tec)
+        assert((host.read(start + CanRegisters.ErrorCounters, be = 3) & 0xffff) == tec)
+      }
     }
 
   "CAN-46: what is nobody's" should "read 0, and take nothing" in host { (_, host) =>

@@ -1,6 +1,8 @@
 package flyframe.can.model
 
 import flyframe.can._
+import flyframe.params.CanParams
+import flyframe.registers.CanRegisters
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
@@ -150,5 +152,21 @@ class CanUnitsSpec extends AnyFlatSpec {
       if (a.order != b.order) assert((a.order < b.order) == (arbitration(a) < arbitration(b)), (a, b))
       else assert(a == b)
     }
+  }
+
+  "CB-16: TEC" should "be that of one moment for a host that reads it byte by byte" in {
+    val port = new CanPortModel(CanParams(hostBytes = 1))
+    val at   = CanRegisters.PortStarts.head
+    val tec  = at + CanRegisters.ErrorCounters
+    def low  = port.read(tec, 1).head
+    port.write(at + CanRegisters.Timing, Seq(0, 0, 5, 0x12))
+    port.write(at + CanRegisters.Control, Seq(1))
+    port.write(at + CanRegisters.Requests, Seq(1))
+    // It hears nothing of what it sends: each SOF, and each bit of a flag, is an error.
+    while (low < 248) port.step(true)
+    for (_ <- 0 until 1000) port.step(true)
+    assert(port.read(tec + 1, 1) == Seq(0), "of a TEC that was 248")
+    assert(port.read(tec, 1) ++ port.read(tec + 1, 1) == Seq(0, 1))
+    assert(port.read(tec, 2) == Seq(0, 1))
   }
 }
