@@ -114,6 +114,8 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val aborted    = RegInit(0.U(p.slots.W))
   private val listens    = state === State.listens
   private val announces  = state === State.announces
+  // Of the start that is made (RB-30); no reset: first it listens.
+  private val life = RegEnable(setting.life, listens)
   aborted := (aborted | (abort & (begunMap | Fill(p.slots, holds)))) & pending
 
   // ---- when ----
@@ -186,7 +188,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val isForeign = Mux(
     isData,
     isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,
-    isLife && due.sequence =/= setting.life
+    isLife && due.sequence =/= life
   )
   for (q <- 0 to 1) when(phase === Judges(q).U) {
     isOwn(q) := isUsed && Mux(announces, isLife, isData && isBehind)
@@ -363,7 +365,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
       header.valid    := true.B
       header.isLife   := isLife1
       header.slot     := it.slot
-      header.sequence := Mux(isLife1, setting.life, sequence)
+      header.sequence := Mux(isLife1, life, sequence)
       began(q)        := true.B
       beganNew(q)     := nextIsNew
     }

@@ -482,6 +482,40 @@ trait ConfirmRules extends RelayCases {
     assert(b.frames(0).map(_.header.kind).take(3) == Seq(1, 1, 0))
   }
 
+  "FR-61, FR-62, RB-30: a life that the host changes while its start is under way" should
+    "be that of the next start" in withNode { node =>
+      val b = new RelayBench(node)
+      b.write(RingRegisters.Address, 7)
+      b.write(RingRegisters.Confirm, 40, 0)
+      b.write(RingRegisters.Life, 5)
+      b.write(RingRegisters.Control, 1)
+      def starts(port: Int) = b.frames(port).filter(_.header.kind == LinkKind.Start).map(_.header.sequence)
+      def comesHome(n: Int): Unit = {
+        b.send(1, LinkHeader(LinkKind.Start, 0, 7, n, 250), data(0))
+        b.run(300)
+      }
+      for (port <- 0 to 1) b.up(port) = true
+      b.run(2 * confirm - 50)
+      b.write(RingRegisters.Life, 9) // it still listens
+      while (b.frames(0).isEmpty && b.now < 4 * confirm) b.run(10)
+      b.write(RingRegisters.Life, 33)
+      b.run(confirm + 200)
+      assert(starts(0) == Seq(9, 9) && starts(1) == Seq(9, 9), "repeated, by both ports")
+      comesHome(9)
+      assert(!b.conflict)
+      b.request(0, data(1))
+      b.run(300)
+      assert(b.frames(0).last.header == LinkHeader(LinkKind.Data, 0, 7, 0, 255))
+      comesHome(9)
+      assert(!b.conflict, "a copy that is late")
+      comesHome(33)
+      assert(b.conflict)
+      val first = b.now
+      b.write(RingRegisters.Control, 1 << RingRegisters.ClearConflict | 1)
+      b.run(2 * confirm + 300)
+      assert(b.frames(0, first).map(_.header).head == LinkHeader(LinkKind.Start, 0, 7, 33, 255))
+    }
+
   "FR-61: another life" should "begin the source's sequences anew, once" in bench() { b =>
     def life(n: Int): Unit = {
       b.send(

@@ -241,6 +241,7 @@ class OwnFramesSpec extends AnyFlatSpec {
         dut.aborts.poke(which)
         seen("aborts") += 1
       }
+      if (random.nextInt(1000) == 0) setLife()
       if (model.node.isConflict && random.nextInt(100) == 0 || !isCalm && random.nextInt(8000) == 0) {
         if (model.node.isConflict) seen("conflicts") += 1
         startAt = Some(random.nextInt(bit))
@@ -257,11 +258,14 @@ class OwnFramesSpec extends AnyFlatSpec {
         isStarted = true
       }
       if (isStarted && cycle % bit == bit - 1) {
-        life = life + 1 & 127
-        model.write(RingRegisters.Life, Seq(life))
-        dut.setting.life.poke(life)
+        setLife()
         isStarted = false
       }
+    }
+    private def setLife(): Unit = {
+      life = life + 1 & 127
+      model.write(RingRegisters.Life, Seq(life))
+      dut.setting.life.poke(life)
     }
     private var isStarted = false
 
