@@ -3109,9 +3109,10 @@ module PortHost(
   wire        isDlc = inSlots & host_addr[3:2] == 2'h1;
   wire [7:0]  place = inCounters ? {5'h11, host_addr[4:2]} : {{1'h0, inFilter} | {2{inPort}}, host_addr[7:2]};
   wire        _shown_T_22 = inSlots | inFilter;
+  wire        ends = done & ~copies;
+  reg         tec_r;
   reg  [31:0] host_rdata_REG;
   wire [7:0]  _now_T_3 = host_be[3] ? host_wdata[31:24] : {setting_sjw, setting_tseg2};
-  wire        ends = done & ~copies;
   wire        _GEN_0 = ends & host_write & inPort & host_addr[5:2] == 4'h1 & ~flags_run;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -3178,8 +3179,10 @@ module PortHost(
           flags_loopBack,
           flags_listenOnly,
           flags_run}
-       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, status_tec} : 24'h0);
-  always @(posedge clock)
+       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, tec_r, status_tec[7:0]} : 24'h0);
+  always @(posedge clock) begin
+    if (ends & ~host_write & inPort & host_addr[5:2] == 4'h2 & host_be[0])
+      tec_r <= status_tec[8];
     host_rdata_REG <=
       {8'h0,
        _shown_T_34[23:16],
@@ -3187,6 +3190,7 @@ module PortHost(
          | (inPort & host_addr[5:2] == 4'h8 ? status_pending : 16'h0)}
       | (inPort & host_addr[5:2] == 4'h9 ? {status_failed, status_sent} : 32'h0)
       | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inCounters | inPort & ~inFrame ? data : 32'h0);
+  end // always @(posedge)
   assign host_ack = acknowledged;
   assign host_rdata = host_rdata_REG;
   assign control_threeSamples = flags_threeSamples;

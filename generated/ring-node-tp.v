@@ -3320,9 +3320,10 @@ module PortHost(
   wire        isDlc = inSlots & host_addr[3:2] == 2'h1;
   wire [7:0]  place = inCounters ? {5'h11, host_addr[4:2]} : {{1'h0, inFilter} | {2{inPort}}, host_addr[7:2]};
   wire        _shown_T_22 = inSlots | inFilter;
+  wire        ends = done & ~copies;
+  reg         tec_r;
   reg  [31:0] host_rdata_REG;
   wire [7:0]  _now_T_3 = host_be[3] ? host_wdata[31:24] : {setting_sjw, setting_tseg2};
-  wire        ends = done & ~copies;
   wire        _GEN_0 = ends & host_write & inPort & host_addr[5:2] == 4'h1 & ~flags_run;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -3389,8 +3390,10 @@ module PortHost(
           flags_loopBack,
           flags_listenOnly,
           flags_run}
-       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, status_tec} : 24'h0);
-  always @(posedge clock)
+       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, tec_r, status_tec[7:0]} : 24'h0);
+  always @(posedge clock) begin
+    if (ends & ~host_write & inPort & host_addr[5:2] == 4'h2 & host_be[0])
+      tec_r <= status_tec[8];
     host_rdata_REG <=
       {8'h0,
        _shown_T_34[23:16],
@@ -3398,6 +3401,7 @@ module PortHost(
          | (inPort & host_addr[5:2] == 4'h8 ? status_pending : 16'h0)}
       | (inPort & host_addr[5:2] == 4'h9 ? {status_failed, status_sent} : 32'h0)
       | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_22 | inCounters | inPort & ~inFrame ? data : 32'h0);
+  end // always @(posedge)
   assign host_ack = acknowledged;
   assign host_rdata = host_rdata_REG;
   assign control_bridge = flags_bridge;
@@ -5201,9 +5205,10 @@ module PortHost_1(
   wire [1:0]  page = {1'h0, inFilter} | {2{inPort}};
   wire [7:0]  place = {page, host_addr[7:2]};
   wire        _shown_T_23 = inSlots | inFilter;
+  wire        ends = done & ~copies;
+  reg         tec_r;
   reg  [31:0] host_rdata_REG;
   wire [7:0]  _now_T_3 = host_be[3] ? host_wdata[31:24] : {setting_sjw, setting_tseg2};
-  wire        ends = done & ~copies;
   wire        _GEN_0 = ends & host_write & inPort & host_addr[5:2] == 4'h1 & ~flags_run;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -5270,8 +5275,10 @@ module PortHost_1(
           flags_loopBack,
           flags_listenOnly,
           flags_run}
-       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, status_tec} : 24'h0);
-  always @(posedge clock)
+       : 23'h0} | (inPort & host_addr[5:2] == 4'h2 ? {status_rec, 7'h0, tec_r, status_tec[7:0]} : 24'h0);
+  always @(posedge clock) begin
+    if (ends & ~host_write & inPort & host_addr[5:2] == 4'h2 & host_be[0])
+      tec_r <= status_tec[8];
     host_rdata_REG <=
       {8'h0,
        _shown_T_34[23:16],
@@ -5279,6 +5286,7 @@ module PortHost_1(
          | (inPort & host_addr[5:2] == 4'h8 ? status_pending : 16'h0)}
       | (inPort & host_addr[5:2] == 4'h9 ? {status_failed, status_sent} : 32'h0)
       | (inFrame & (|status_level) ? rxData : 32'h0) | (_shown_T_23 | inPort & ~inFrame ? data : 32'h0);
+  end // always @(posedge)
   assign host_ack = acknowledged;
   assign host_rdata = host_rdata_REG;
   assign control_bridge = flags_bridge;
@@ -6220,7 +6228,7 @@ module LinkInput(
        _receiver_events_bad,
        _receiver_events_good,
        _receiver_events_starts};
-  wire [4:0]  _soFar_T = tick ? 5'h0 : all;
+  wire [4:0]  _soFar_T_1 = tick | anew ? 5'h0 : all;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       anew_REG <= 1'h1;
@@ -6240,11 +6248,11 @@ module LinkInput(
     end
     else begin
       anew_REG <= rests;
-      soFar_header <= ~rests & _soFar_T[4];
-      soFar_identified <= ~rests & _soFar_T[3];
-      soFar_bad <= ~rests & _soFar_T[2];
-      soFar_good <= ~rests & _soFar_T[1];
-      soFar_starts <= ~rests & _soFar_T[0];
+      soFar_header <= ~rests & _soFar_T_1[4];
+      soFar_identified <= ~rests & _soFar_T_1[3];
+      soFar_bad <= ~rests & _soFar_T_1[2];
+      soFar_good <= ~rests & _soFar_T_1[1];
+      soFar_starts <= ~rests & _soFar_T_1[0];
       told_header <= ~rests & (tick ? all[4] : told_header);
       told_identified <= ~rests & (tick ? all[3] : told_identified);
       told_bad <= ~rests & (tick ? all[2] : told_bad);
@@ -7039,6 +7047,8 @@ module PassingOn(
   reg         mayPass;
   reg  [6:0]  passed_0;
   reg  [6:0]  passed_1;
+  reg         isSecond_r;
+  reg         isSecond;
   wire        isOwnNext = wants & (noName | _lists_isBefore);
   wire        goes = on & (isOwnNext ? mayOwn : mayPass);
   wire        _lists_order_T = asked_0 ? (&passed_1) : (&passed_0);
@@ -7087,6 +7097,8 @@ module PassingOn(
     wants <= (asked_1 ? offer_1 : offer_0) & ~(|(_lists_size[3:2]));
     noName <= _lists_known == 4'h0;
     mayPass <= isUpThen & (|_lists_size) & ((|(_lists_size[3:2])) ? silent > 5'h6 : (|(silent[4:3])));
+    isSecond_r <= order[31];
+    isSecond <= isSecond_r;
   end // always @(posedge)
   wire [7:0]  _nextCycle_T_1 = (renew ? 8'h0 : cycle) + 8'h1;
   wire        _GEN_32 = ~_GEN & comes_0;
@@ -7169,14 +7181,18 @@ module PassingOn(
       begin_1 <= asked_1;
       if (on) begin
         if (_GEN_23) begin
-          if (isOwnNext)
-            passed_0 <= 7'h0;
+          if (isOwnNext) begin
+            if (isSecond)
+              passed_0 <= 7'h0;
+          end
           else
             passed_0 <= passed_0 + {6'h0, ~(&passed_0)};
         end
         if (_GEN_26) begin
-          if (isOwnNext)
-            passed_1 <= 7'h0;
+          if (isOwnNext) begin
+            if (isSecond)
+              passed_1 <= 7'h0;
+          end
           else
             passed_1 <= passed_1 + {6'h0, ~(&passed_1)};
         end
@@ -7789,6 +7805,7 @@ module OwnFrames(
   reg  [15:0] begunMap;
   reg  [15:0] aborted;
   wire        announces = state == 2'h1;
+  reg  [6:0]  life;
   reg  [4:0]  phase;
   reg         isDeciding;
   wire        _order_T = phase == 5'h18;
@@ -7802,6 +7819,8 @@ module OwnFrames(
   reg         wereUp_1;
   reg         down_0;
   reg         down_1;
+  reg         rises_0;
+  reg         rises_1;
   reg         alone;
   reg         leavesReg_0_valid;
   reg         leavesReg_0_isLife;
@@ -7875,36 +7894,42 @@ module OwnFrames(
   wire        isPast = ~isBegin & (&was_left);
   wire        isTime = isPast | (isBegin ? setting_confirm == 16'h0 : was_left == 20'h0) & unitNow;
   wire [3:0]  r3_sequence = isFresh ? _latest_T : was_sequence;
+  wire        isUseless =
+    isAborted & ~isFirst | setting_oneShot | (isFresh ? setting_retries == 8'h0 : was_repeats >= setting_retries);
+  wire        _GEN = hasBegun_1 & (&was_left) & (&was_copies_0) & ~isFresh;
   wire [1:0]  r0_copies_0 =
-    hasBegun_0
-      ? 2'h2
-      : hasBegun_1 & (&was_left) & (&was_copies_0) & ~isFresh ? 2'h1 : isFresh ? {1'h0, wereUp_0} : was_copies_0;
+    hasBegun_0 ? 2'h2 : _GEN ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_0} : was_copies_0;
+  wire        _GEN_0 = hasBegun_0 & (&was_left) & (&was_copies_1) & ~isFresh;
   wire [1:0]  r0_copies_1 =
-    hasBegun_1
-      ? 2'h2
-      : hasBegun_0 & (&was_left) & (&was_copies_1) & ~isFresh ? 2'h1 : isFresh ? {1'h0, wereUp_1} : was_copies_1;
-  wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : down_1 & isTime & (&r0_copies_0) ? 2'h1 : r0_copies_0;
-  wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : down_0 & isTime & (&r0_copies_1) ? 2'h1 : r0_copies_1;
+    hasBegun_1 ? 2'h2 : _GEN_0 ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_1} : was_copies_1;
+  wire        _GEN_1 = down_1 & isTime & (&r0_copies_0);
+  wire [1:0]  r1_copies_0 =
+    down_0 ? 2'h0 : _GEN_1 ? (isUseless ? 2'h2 : 2'h1) : rises_0 & r0_copies_0 == 2'h0 ? 2'h1 : r0_copies_0;
+  wire        _GEN_2 = down_0 & isTime & (&r0_copies_1);
+  wire [1:0]  r1_copies_1 =
+    down_1 ? 2'h0 : _GEN_2 ? (isUseless ? 2'h2 : 2'h1) : rises_1 & r0_copies_1 == 2'h0 ? 2'h1 : r0_copies_1;
   wire        came_0 = isOwn_0 & (isFirst | isTheirs_0);
   wire        came_1 = isOwn_1 & (isFirst | isTheirs_1);
   wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;
-  wire        _GEN = came_0 & _isConfirmed_T_22;
-  wire [1:0]  r2_copies_0 = _GEN ? 2'h3 : r1_copies_0;
+  wire        _GEN_3 = came_0 & _isConfirmed_T_22;
+  wire [1:0]  r2_copies_0 = _GEN_3 ? 2'h3 : r1_copies_0;
   wire        _isConfirmed_T_23 = r1_copies_1 == 2'h2;
-  wire        _GEN_0 = came_1 & _isConfirmed_T_23;
-  wire [1:0]  r2_copies_1 = _GEN_0 ? 2'h3 : r1_copies_1;
+  wire        _GEN_4 = came_1 & _isConfirmed_T_23;
+  wire [1:0]  r2_copies_1 = _GEN_4 ? 2'h3 : r1_copies_1;
+  wire        _again_T_6 = r0_copies_0 == 2'h1;
+  wire        _again_T_7 = r0_copies_1 == 2'h1;
+  wire        _again_T_11 = r0_copies_0 == 2'h2;
+  wire        _again_T_12 = r0_copies_1 == 2'h2;
   wire        _isOver_T = r2_copies_0 == 2'h1;
   wire        _isOver_T_1 = r2_copies_1 == 2'h1;
   wire        isConfirmed =
-    came_0 & homes_0_leftBy | came_1 & ~homes_1_leftBy | ((&r0_copies_0) | (&r0_copies_1))
-    & ~(r0_copies_0 == 2'h1 | r0_copies_1 == 2'h1) & ~(r0_copies_0 == 2'h2 | r0_copies_1 == 2'h2)
-    | ((&r1_copies_0) | (&r1_copies_1)) & ~(r1_copies_0 == 2'h1 | r1_copies_1 == 2'h1)
+    came_0 & homes_0_leftBy | came_1 & ~homes_1_leftBy | ((&r0_copies_0) | (&r0_copies_1)) & ~(_again_T_6 | _again_T_7)
+    & ~(_again_T_11 | _again_T_12) | ((&r1_copies_0) | (&r1_copies_1)) & ~(r1_copies_0 == 2'h1 | r1_copies_1 == 2'h1)
     & ~(_isConfirmed_T_22 | _isConfirmed_T_23) | ((&r2_copies_0) | (&r2_copies_1)) & ~(_isOver_T | _isOver_T_1)
     & ~(r2_copies_0 == 2'h2 | r2_copies_1 == 2'h2);
   wire        isSent = isSending_REG & ~down_0 & isIt_0 | isSending_REG_1 & ~down_1 & isIt_1;
-  wire        isUseless =
-    isAborted & ~isFirst | setting_oneShot | (isFresh ? setting_retries == 8'h0 : was_repeats >= setting_retries);
-  wire        acts = setting_on & isOnWay & ~isSent;
+  wire        _again_T = setting_on & isOnWay;
+  wire        acts = _again_T & ~isSent;
   wire        expires = acts & ~isConfirmed & ~alone & (|state) & isTime & ~(_isOver_T | _isOver_T_1) & ~inConflict;
   wire        repeats = expires & ~isUseless;
   wire        well = acts & isConfirmed;
@@ -7912,10 +7937,13 @@ module OwnFrames(
   wire        isGivenUp = isWaiting & isAborted;
   wire        isDone =
     well | acts & ~isConfirmed & (alone | ~(|state)) | expires & isUseless | isGivenUp | isWaiting & alone;
+  wire        _counts_repeated_T_1 =
+    repeats | _again_T & (_GEN_1 | _GEN | _GEN_2 | _GEN_0)
+    & ~(((&r0_copies_0) | (&r0_copies_1)) & ~(_again_T_6 | _again_T_7) & ~(_again_T_11 | _again_T_12)) & ~isUseless;
   wire        _isListen_T = isFirst & ~(|state);
-  wire        _GEN_1 = repeats | _isListen_T;
-  wire [1:0]  r3_copies_0 = _GEN_1 ? {1'h0, isUp_0} : isConfirmed | _GEN ? 2'h3 : r1_copies_0;
-  wire [1:0]  r3_copies_1 = _GEN_1 ? {1'h0, isUp_1} : isConfirmed | _GEN_0 ? 2'h3 : r1_copies_1;
+  wire        _GEN_5 = repeats | _isListen_T;
+  wire [1:0]  r3_copies_0 = _GEN_5 ? {1'h0, isUp_0} : isConfirmed | _GEN_3 ? 2'h3 : r1_copies_0;
+  wire [1:0]  r3_copies_1 = _GEN_5 ? {1'h0, isUp_1} : isConfirmed | _GEN_4 ? 2'h3 : r1_copies_1;
   wire        isListening = setting_on & ~(|state) & ~alone & (|setting_address);
   wire        tells = isListening & isCounting & isTime & begunMap == 16'h0 & ~isSent;
   reg         lifeWaits_0;
@@ -7934,10 +7962,10 @@ module OwnFrames(
   reg         isLess;
   reg         records_io_write_REG;
   reg  [4:0]  records_io_writeAddress_REG;
-  wire        _GEN_2 = r3_copies_0 == 2'h1;
-  wire        _GEN_3 = r3_copies_1 == 2'h1;
-  wire        _GEN_4 =
-    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_2 | _GEN_3) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
+  wire        _GEN_6 = r3_copies_0 == 2'h1;
+  wire        _GEN_7 = r3_copies_1 == 2'h1;
+  wire        _GEN_8 =
+    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_6 | _GEN_7) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
@@ -7949,14 +7977,14 @@ module OwnFrames(
   wire        isData = due_kind == 2'h0;
   wire        isLife = due_kind == 2'h1;
   wire        isBehind = ahead[13] & (&(ahead[12:4]));
-  wire [13:0] _GEN_5 = {7'h0, setting_life};
-  wire        _GEN_6 =
-    isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_5);
-  wire        _GEN_7 = _walk_output & _GEN_6;
+  wire [13:0] _GEN_9 = {7'h0, life};
+  wire        _GEN_10 =
+    isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_9);
+  wire        _GEN_11 = _walk_output & _GEN_10;
   wire        _records_io_write_T = entry_valid | isFirst;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_8 = _lateStart_T & isResting | ~setting_on;
+  wire        _GEN_12 = _lateStart_T & isResting | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -8001,7 +8029,7 @@ module OwnFrames(
       records_io_write_REG <= 1'h0;
     end
     else begin
-      if (_GEN_8) begin
+      if (_GEN_12) begin
         state <= 2'h0;
         next <= 14'h0;
       end
@@ -8015,9 +8043,9 @@ module OwnFrames(
         if (nextIsNew)
           next <= next + 14'h1;
       end
-      isCounting <= ~_GEN_8 & (isFirst ? isListening : isCounting);
-      isAhead <= ~_GEN_8 & (nextIsNew | isAhead);
-      inConflict <= ~_GEN_8 & (nearsFirst ? _GEN_6 | _GEN_7 | inConflict : _GEN_7 | inConflict);
+      isCounting <= ~_GEN_12 & (isFirst ? isListening : isCounting);
+      isAhead <= ~_GEN_12 & (nextIsNew | isAhead);
+      inConflict <= ~_GEN_12 & (nearsFirst ? _GEN_10 | _GEN_11 | inConflict : _GEN_11 | inConflict);
       if (setting_on) begin
         if (nextIsNew)
           begunMap <= begunMap | oneSlot;
@@ -8049,13 +8077,13 @@ module OwnFrames(
       if (begins_0) begin
         leavesReg_0_isLife <= isLife1;
         leavesReg_0_slot <= it_slot;
-        leavesReg_0_sequence <= isLife1 ? _GEN_5 : sequence_0;
+        leavesReg_0_sequence <= isLife1 ? _GEN_9 : sequence_0;
       end
       leavesReg_1_valid <= setting_on & (begins_1 | ~(down_1 & _look_T) & leavesReg_1_valid);
       if (begins_1) begin
         leavesReg_1_isLife <= isLife1;
         leavesReg_1_slot <= it_slot;
-        leavesReg_1_sequence <= isLife1 ? _GEN_5 : sequence_0;
+        leavesReg_1_sequence <= isLife1 ? _GEN_9 : sequence_0;
       end
       hasHome_0 <= setting_on & (home_0_valid | ~(_look_T & isDue_0) & hasHome_0);
       hasHome_1 <= setting_on & (home_1_valid | ~(_look_T & isDue_1) & hasHome_1);
@@ -8070,7 +8098,7 @@ module OwnFrames(
       beganNew_0 <= setting_on & (begins_0 ? nextIsNew : ~_look_T & beganNew_0);
       beganNew_1 <= setting_on & (begins_1 ? nextIsNew : ~_look_T & beganNew_1);
       ends_valid_REG <= entry_valid & isDone & onNext;
-      counts_repeated_REG <= _records_io_write_T & repeats;
+      counts_repeated_REG <= _records_io_write_T & _counts_repeated_T_1;
       records_io_write_REG <= _records_io_write_T;
     end
   end // always @(posedge, posedge)
@@ -8088,8 +8116,12 @@ module OwnFrames(
   wire [15:0] _isAborted_T = aborted >> nears_bits;
   wire [26:0] _r0_left_T = {11'h0, setting_confirm} << (was_repeats > 8'h4 ? 3'h4 : was_repeats[2:0]);
   always @(posedge clock) begin
+    if (~(|state))
+      life <= setting_life;
     down_0 <= wereUp_0 & ~isUp_0;
     down_1 <= wereUp_1 & ~isUp_1;
+    rises_0 <= ~wereUp_0 & isUp_0;
+    rises_1 <= ~wereUp_1 & isUp_1;
     alone <= ~isUp_0 & ~isUp_1;
     isSending_REG <= sending_0 & leavesReg_0_valid;
     isSending_REG_1 <= sending_1 & leavesReg_1_valid;
@@ -8149,7 +8181,7 @@ module OwnFrames(
     sent_REG <= well;
     counts_failed_REG <= isGivenUp;
     stays_sequence <= r3_sequence;
-    stays_repeats <= _isListen_T ? 8'h0 : repeats ? r2_repeats + 8'h1 : r2_repeats;
+    stays_repeats <= _isListen_T ? 8'h0 : _counts_repeated_T_1 ? r2_repeats + 8'h1 : r2_repeats;
     stays_left <=
       _isListen_T & ~isCounting
         ? {3'h0, setting_confirm, 1'h0}
@@ -8176,8 +8208,8 @@ module OwnFrames(
     .readData     (_records_readData)
   );
   assign _choice_entry_bits_begun = isOnWay & ~isDone;
-  assign _choice_entry_bits_waits_0 = _GEN_2 & ~_GEN_4;
-  assign _choice_entry_bits_waits_1 = _GEN_3 & ~_GEN_4;
+  assign _choice_entry_bits_waits_0 = _GEN_6 & ~_GEN_8;
+  assign _choice_entry_bits_waits_1 = _GEN_7 & ~_GEN_8;
   assign _choice_mayBegin = state == 2'h2;
   assign _choice_nextSequence = next[3:0];
   OwnChoice choice (

@@ -48,9 +48,6 @@ class LinkReceiverModel(listener: LinkListener) {
   /** Dominant for 320 bits (FR-63, RB-04). */
   def isStuck: Boolean = isStuckNow
 
-  /** A frame whose header has been told is not over. */
-  def isInFrame: Boolean = state == Body || state == End
-
   /** The port has come up or gone down: nothing counts before idle. */
   def restart(): Unit = {
     state = Waits

@@ -58,8 +58,6 @@ trait OwnHost {
   def counts(counter: Int): Unit
   def lifeSettled(): Unit // the start of a life was confirmed or has failed
 
-  /** That of the last start that was made. */
-  var life: Int
 }
 
 /** Sequences, copies, confirming and repeating (FR-55 to FR-58). */
@@ -92,17 +90,13 @@ class OwnFramesModel(host: OwnHost) {
     distance > 0 && distance < Ahead
   }
 
-  /** As the host has set it: it counts from the next start of a life on (RB-30). */
-  var lifeSet: Int = 0
+  /** The life whose start was made last (RB-30). */
+  var life: Int = 0
 
-  /** The start of a life is made.
-    *
-    * @param before
-    *   the life until now
-    */
-  def announce(before: Int): Unit = {
-    host.life = lifeSet
-    val f = new Flight(None, LinkKind.Start, lifeSet, 0, 0)
+  /** The start of a life is made. */
+  def announce(life: Int): Unit = {
+    this.life = life
+    val f = new Flight(None, LinkKind.Start, life, 0, 0)
     wait(f)
     flights += f
   }

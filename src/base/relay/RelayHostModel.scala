@@ -87,7 +87,7 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
     node.confirm = memory.value("ring_confirm").toInt
     node.linkBit = linkBit
     node.retries = memory.value("ring_retries")
-    node.own.lifeSet = memory.value("ring_life")
+    node.life = memory.value("ring_life")
     node.isOneShot = memory.value(s"${prefix}_one_shot") == 1
     node.isBridge = memory.value(s"${prefix}_bridge") == 1
     if (node.isOn != wasOn) node.reset()

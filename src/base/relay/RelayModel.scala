@@ -79,7 +79,8 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
 
   private def port(port: Int, isUp: Boolean): Unit = if (isUp != wasUp(port)) {
     wasUp(port) = isUp
-    if (receivers(port).isInFrame) node.listener(port).ended(isGood = false)
+    told(port).forget() // what came in a bit that was cut (RB-20)
+    node.listener(port).ended(isGood = false)
     receivers(port).restart()
     restart(port)
     node.portChanges(port, isUp)

@@ -212,7 +212,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     import f.header
     val isForeign = header.kind match {
       case LinkKind.Data  => own.isAhead(header.sequence)
-      case LinkKind.Start => header.sequence != life
+      case LinkKind.Start => header.sequence != own.life
       case _              => false
     }
     if (isForeign) inConflict = true else own.home(header, f.port)

@@ -78,7 +78,8 @@ class LinkInput extends LinkInputPins {
   private val soFar = RegInit(0.U.asTypeOf(new BitReport)) // reset: nothing came
   private val all   = soFar.asUInt | now.asUInt
   private val told  = RegInit(0.U.asTypeOf(new BitReport)) // reset: likewise
-  soFar := Mux(tick, 0.U, all).asTypeOf(new BitReport)
+  // A port may change within a bit that another length of the bits has cut: what came in it is void (RB-20).
+  soFar := Mux(tick || anew, 0.U, all).asTypeOf(new BitReport)
   when(tick) { told := all.asTypeOf(new BitReport) }
   when(rests) {
     soFar := 0.U.asTypeOf(new BitReport)

@@ -1,6 +1,7 @@
 package flyframe.relay
 
 import flyframe.can.CanFrame
+import flyframe.registers.RingRegisters
 
 /** Links and passing on: FR-40 to FR-49. */
 trait LinkRules extends RelayCases {
@@ -303,6 +304,31 @@ trait LinkRules extends RelayCases {
       assert(passedBefore(b, own, waiting = 0x4000).forall(_ == 160), own)
     }
   }
+
+  "RB-15, RB-20: a port that goes down with another length of the bits, in any cycle around a header" should
+    "end the frame" in bench() { b =>
+      val passed = counter(b, RelayCounter.Passed)
+      val bits   = RelayBench.levels(from(3, 0), data(1)).size
+      var good   = 0
+      def left   = counter(b, RelayCounter.Passed) - passed & 0xff
+      for (cycles <- 40 * b.bit until 46 * b.bit by 2) {
+        b.send(0, from(3, cycles), data(1))
+        for (_ <- 0 until cycles) b.cycle()
+        b.write(RingRegisters.LinkBit, b.bit + 1, 0)
+        b.up(0) = false
+        b.run(bits)
+        assert(left - good == counter(b, RelayCounter.Aborted), s"what begins is ended, $cycles cycles")
+        b.write(RingRegisters.LinkBit, b.bit, 0)
+        b.up(0) = true
+        b.run(40)
+        val first = b.now
+        b.send(0, from(4, cycles), data(2))
+        b.run(bits + 100)
+        assert(b.frames(1, first).map(f => f.header.source -> f.isGood) == Seq(4 -> true), s"$cycles cycles")
+        good += 1
+      }
+      assert(counter(b, RelayCounter.Aborted) > 0, "some had begun to leave")
+    }
 
   "FR-49, RB-15: what waits for a port that goes down" should "be dropped" in bench() { b =>
     b.request(0, data(1, 1, 2, 3, 4, 5, 6, 7, 8))

@@ -149,7 +149,7 @@ class PassingOnSpec extends AnyFlatSpec {
             assert(dut.level(p).peekBoolean() == level, s"cycle $cycle with bits of $bit, port $p")
           }
           own(dut, bytes)
-          if (random.nextInt(20 * bit) == 0) {
+          if (random.nextInt(8 * bit) == 0) {
             val slot  = random.nextInt(16)
             val id    = random.nextInt(if (random.nextInt(3) == 0) 1 << 11 else 1 << 3)
             val frame = CanFrame(id, false, false, 8, Seq.fill(8)(random.nextInt(256)))
