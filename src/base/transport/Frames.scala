@@ -31,6 +31,9 @@ final case class FrameId(
 
   /** HELLO, of which no answer is awaited. */
   def isHello: Boolean = !isData && number == Code.Hello
+
+  /** DONE, MISSING, BUSY or UNKNOWN. */
+  def isAnswer: Boolean = !isData && number >= Code.Done && number <= Code.Unknown
 }
 
 object FrameId {

@@ -27,9 +27,19 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     * those before it (TB-04).
     */
   def hasRoom(id: FrameId): Boolean =
-    waiting.size < (if (id.urgent) places
-                    else if (id.isData && id.pipe != Sizes.ProcessData) places - 3
-                    else places - 1)
+    !isHeld(id) && waiting.size < (if (id.urgent) places else if (isPart(id)) places - 3 else places - 1)
+
+  private def isPart(id: FrameId) = id.isData && id.pipe != Sizes.ProcessData
+
+  /** Answers that wait, and until when they hold frames of messages back that would leave first (TB-31). */
+  private def holds: Seq[(FrameId, Long)] =
+    for (
+      word <- waiting.keys.toSeq; id = FrameId.of(word) if id.isAnswer; end = since(word) + p.holdUs
+      if clock.now < end
+    ) yield id -> end
+
+  private def isHeld(id: FrameId) =
+    isPart(id) && holds.exists { case (answer, _) => answer.urgent == id.urgent && id.word < answer.word }
 
   def put(frame: BusFrame): Unit = {
     waiting(frame.id) = frame
@@ -46,7 +56,7 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     * @param onHello
     *   is called if HELLO is one of them
     * @return
-    *   when the next one will have
+    *   when the next one will have, or is held back no longer (TB-31)
     */
   def takeBack(isUnderWay: FrameId => Boolean, onHello: () => Unit): Long = {
     val ends =
@@ -55,7 +65,7 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     val (stale, others) = ends.partition(_._2 <= clock.now)
     back ++= stale.map(_._1)
     if (stale.exists(s => FrameId.of(s._1).isHello)) onHello()
-    others.map(_._2).minOption.getOrElse(Long.MaxValue)
+    (others.map(_._2) ++ holds.map(_._2)).minOption.getOrElse(Long.MaxValue)
   }
 
   def drainAborted(): Seq[Int] = {

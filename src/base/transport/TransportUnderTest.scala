@@ -57,6 +57,9 @@ final case class TransportParams(
     (if (isValue) 3000L * pdMs else 1000000L) max 20000000L / kbps
   }
 
+  /** An answer that waits in the port holds data frames back for so many us (TB-31). */
+  def holdUs: Long = 200000L max bits(20000)
+
   /** T_gap in us (TP-23, TB-30). */
   def gapUs: Long = 20000L max bits(4000)
 }

@@ -4,6 +4,9 @@
 /* What waits for so long is of no use when it leaves at last. */
 enum { STALE_US = 1000000, STALE_BITS = 20000, STALE_PD = 3 };
 
+/* For so long an answer holds data frames back. */
+enum { HOLD_US = 200000, HOLD_BITS = 20000 };
+
 bool slot_waits(const struct transport *t, uint32_t id) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
     if (t->slots[i].frame.id == id) return true;
@@ -30,9 +33,31 @@ static unsigned places_for(const struct transport *t, const struct ring_id *id) 
   return id->is_data && id->pipe != RING_PROCESS_DATA ? places - 3 : places - 1;
 }
 
+static uint64_t hold_end(const struct transport *t, const struct transport_slot *slot) {
+  return slot->put_at + time_or_bits(t, HOLD_US, HOLD_BITS);
+}
+
+static bool is_answer(const struct ring_id *id) {
+  return !id->is_data && id->number >= RING_DONE && id->number <= RING_UNKNOWN;
+}
+
+/* A data frame that would leave before an answer that waits: a long message to a low address would keep it
+ * from leaving. */
+static bool is_held(const struct transport *t, uint32_t id_word, const struct ring_id *id) {
+  if (!id->is_data || id->pipe == RING_PROCESS_DATA) return false;
+  for (uint8_t i = 0; i < t->slot_count; ++i) {
+    const struct ring_id other = ring_id_of(t->slots[i].frame.id);
+    if (is_answer(&other) && other.urgent == id->urgent && id_word < t->slots[i].frame.id &&
+        t->now_us < hold_end(t, &t->slots[i]))
+      return true;
+  }
+  return false;
+}
+
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(t, &id) || !can_port_send(t->port, frame)) return false;
+  if (t->slot_count >= places_for(t, &id) || is_held(t, frame->id, &id) || !can_port_send(t->port, frame))
+    return false;
   t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
   return true;
 }
@@ -55,6 +80,7 @@ uint64_t slots_look(struct transport *t, uint64_t now_us) {
       continue;
     }
     t->slots[kept++] = slot;
+    if (is_answer(&id) && now_us < hold_end(t, &slot)) due = earlier(due, hold_end(t, &slot));
     if (sender_has(t, &id)) continue; /* for 10 s at most, then the message has ended */
     const uint64_t end = stale_at(t, slot.frame.id, slot.put_at);
     if (now_us < end) {

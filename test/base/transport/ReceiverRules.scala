@@ -391,6 +391,28 @@ abstract class ReceiverRules extends TransportCases {
     assert(b.hear(short(0, Seq(1))) == Seq(doneBy(0)))
   }
 
+  "TB-31: an answer that waits" should "hold back data that would leave before it, for 200 ms" in node() {
+    b =>
+      b.run()
+      b.isHeld = true
+      b.hear(short(0, Seq(1)))
+      b.take()
+      b.run()
+      val done   = b.now
+      def data() = b.waiting.filter(isData).map(f => FrameId.of(f.id)).map(id => (id.destination, id.urgent))
+      b.send(message(9), to = Peer + 1)
+      assert(data() == Seq.fill(2)((Peer + 1, false)))
+      b.leave(f => isData(f) || code(f) == Code.Open)
+      b.send(message(9), tag = 2, to = Peer - 1, urgent = true)
+      assert(data() == Seq.fill(2)((Peer - 1, true)))
+      b.leave(f => isData(f) || code(f) == Code.Open)
+      b.send(message(9), tag = 3, to = Peer - 1)
+      b.run(done + ms(200) - 1 - b.now)
+      assert(data().isEmpty)
+      b.run(1)
+      assert(data().toSet == Set((Peer - 1, false)))
+  }
+
   "TP-30, TB-13: the first message of each pipe after the start" should "carry the mark" in node() { b =>
     assert(deliver(b, 7).repeat && !deliver(b, 8).repeat)
     b.hear(short(7, Seq(1), pipe = 1))

@@ -81,6 +81,17 @@ abstract class SlowRingRules extends AnyFlatSpec {
         assert(bus.frames("DONE") == count && bus.frames("SHORT") == 1)
       }
 
+  for ((kbps, urgent) <- Seq(500 -> false, 500 -> true, 20 -> false))
+    s"TB-31: a node that sends long messages at $kbps kbit/s${if (urgent) ", urgent ones" else ""}" should
+      "answer those with higher addresses before these are over" in onBus(kbps, 1 to 6) { bus =>
+        for (to <- 4 to 5) bus(3).send(message(2048), to = to, urgent = urgent)
+        bus.run(ms(3e4 / kbps)) // data are under way
+        bus(6).send(message(100, 7), to = 3, tag = 7, urgent = urgent)
+        // DONE leaves behind the frames that are in the port already.
+        assert(ends(bus, 6, 1, ms(1e4 / kbps)).map(_.outcome) == Seq(Outcome.Delivered))
+        assert(bus(3).ended().isEmpty)
+      }
+
   for (kbps <- Seq(50, 20, 5))
     s"TP-11, TB-06: 12 messages to a busy node at $kbps kbit/s" should "leave the bus to others" in
       onBus(kbps, 1 to 3) { bus =>
