@@ -31,19 +31,20 @@ private[transport] class OutgoingModel(
 
   private def answerUs(tries: Int) = p.answerUs(Option.when(toAll)(answering), tries)
 
-  private var open       = true  // OPEN or SHORT is to be sent
+  private var open       = true               // OPEN or SHORT is to be sent
   private var todo       = all
   private var closing    = false
   private var closed     = false
   private var busyUntil  = Option.empty[Long]
-  private var waits      = 0     // of those for a busy receiver, how many have passed
+  private var waits      = 0                  // of those for a busy receiver, how many have passed
   private var awaited    = members
   private var refusing   = Set.empty[Int]
   private var tries      = 0
   private var answers    = 0
   private var restarted  = begin
-  private var leftAt     = begin // the last frame left
+  private var leftAt     = begin              // the last frame left
   private var progressAt = begin
+  private var asksSince  = Option.empty[Long] // everything has left since the last answer
 
   private def control(code: Int, bytes: Seq[Int]) =
     BusFrame(FrameId(urgent, destination, isData = false, p.address, code, pipe, end = true), bytes)
@@ -95,6 +96,10 @@ private[transport] class OutgoingModel(
 
   /** Does what is due; returns when something will be. */
   def poll(now: Long, isWaiting: Boolean): Long = {
+    if (closing && busyUntil.nonEmpty) {
+      busyUntil = None
+      progressAt = now
+    }
     if (busyUntil.exists(now >= _)) {
       busyUntil = None
       waits += 1
@@ -102,16 +107,21 @@ private[transport] class OutgoingModel(
       progressAt = now
     }
     val isOut = !isWaiting && !open && todo.isEmpty && busyUntil.isEmpty && !closing
-    if (isOut) wentOut = true
+    if (isOut) {
+      wentOut = true
+      asksSince = asksSince.orElse(Some(now))
+    }
     if (isOut && now >= leftAt + answerUs(tries)) {
       tries += 1
       leftAt = now
       progressAt = now
       if (tries == Tries) closing = true else open = true
     }
-    val awaits = isOut && !open && !closing
-    if (!awaits && busyUntil.isEmpty && now >= progressAt + StallUs) closed = true
-    busyUntil.getOrElse(if (awaits) leftAt + answerUs(tries) else progressAt + StallUs)
+    val awaits    = isOut && !open && !closing
+    val asksUntil = asksSince.map(_ + p.unheardUs).getOrElse(Long.MaxValue)
+    val stalls    = if (busyUntil.isEmpty) (progressAt + StallUs) min asksUntil else Long.MaxValue
+    if (!isOut && now >= stalls) closed = true
+    busyUntil.getOrElse(if (awaits) leftAt + answerUs(tries) else stalls)
   }
 
   def cancel(): Unit = closing = true
@@ -153,6 +163,7 @@ private[transport] class OutgoingModel(
 
   private def heard(now: Long): Unit = {
     tries = 0
+    asksSince = None
     progressAt = now
   }
 
@@ -185,6 +196,7 @@ private[transport] class OutgoingModel(
     if (named.isEmpty || first + named.last >= parts.size) Some(Counter.BeyondEnd)
     else {
       heard(now)
+      waits = 0 // it was taken up
       if (busyUntil.isEmpty || toAll) {
         countAnswer()
         todo ++= named.map(_ + first)

@@ -31,20 +31,29 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
 
   private def isPart(id: FrameId) = id.isData && id.pipe != Sizes.ProcessData
 
-  /** Answers that wait, and until when they hold frames of messages back that would leave first (TB-31). */
-  private def holds: Seq[(FrameId, Long)] =
-    for (
-      word <- waiting.keys.toSeq; id = FrameId.of(word) if id.isAnswer; end = since(word) + p.holdUs
-      if clock.now < end
-    ) yield id -> end
+  /** Since when data frames are held back, and then go free: as answers wait (TB-31). */
+  private var heldSince = Option.empty[Long]
 
-  private def isHeld(id: FrameId) =
-    isPart(id) && holds.exists { case (answer, _) => answer.urgent == id.urgent && id.word < answer.word }
+  private def answers = waiting.keys.map(FrameId.of).filter(_.isAnswer)
+
+  private def isHeld(id: FrameId) = isPart(id) && heldSince.exists(clock.now < _ + p.holdUs) &&
+    answers.exists(a => a.urgent == id.urgent && id.word < a.word)
+
+  private def lookHold(): Unit =
+    heldSince = Option.when(answers.nonEmpty)(
+      heldSince.filter(clock.now < _ + 2 * p.holdUs).getOrElse(clock.now)
+    )
+
+  /** When data frames go free, or are held back anew. */
+  def holdDue: Long = heldSince
+    .map(since => since + (if (clock.now < since + p.holdUs) p.holdUs else 2 * p.holdUs))
+    .getOrElse(Long.MaxValue)
 
   def put(frame: BusFrame): Unit = {
     waiting(frame.id) = frame
     since(frame.id) = clock.now
     fresh += frame
+    if (FrameId.of(frame.id).isAnswer) lookHold()
   }
 
   def left(id: Int): Unit = waiting -= id
@@ -56,7 +65,7 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     * @param onHello
     *   is called if HELLO is one of them
     * @return
-    *   when the next one will have, or is held back no longer (TB-31)
+    *   when the next one will have
     */
   def takeBack(isUnderWay: FrameId => Boolean, onHello: () => Unit): Long = {
     val ends =
@@ -65,7 +74,8 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     val (stale, others) = ends.partition(_._2 <= clock.now)
     back ++= stale.map(_._1)
     if (stale.exists(s => FrameId.of(s._1).isHello)) onHello()
-    (others.map(_._2) ++ holds.map(_._2)).minOption.getOrElse(Long.MaxValue)
+    lookHold()
+    others.map(_._2).minOption.getOrElse(Long.MaxValue)
   }
 
   def drainAborted(): Seq[Int] = {

@@ -57,8 +57,13 @@ final case class TransportParams(
     (if (isValue) 3000L * pdMs else 1000000L) max 20000000L / kbps
   }
 
-  /** An answer that waits in the port holds data frames back for so many us (TB-31). */
-  def holdUs: Long = 200000L max bits(20000)
+  /** A message of which no answer comes for so many us, since all of it has left, ends (TB-26). */
+  def unheardUs: Long = forgetPipe * 750000L
+
+  /** While answers wait in the port data frames are held back for so many us, and go free for as many
+    * (TB-31).
+    */
+  def holdUs: Long = 100000L max bits(10000)
 
   /** T_gap in us (TP-23, TB-30). */
   def gapUs: Long = 20000L max bits(4000)

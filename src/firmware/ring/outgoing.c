@@ -95,7 +95,16 @@ static uint64_t answer_us(const struct transport *t, const struct transport_outg
   return time_or_bits(t, 50000, bits);
 }
 
+/* A message of which no answer comes ends after so long. */
+static uint64_t unheard_us(const struct transport *t) {
+  return forget_pipe_s(t) * (uint64_t)US_IN_S / 4 * 3;
+}
+
 uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, uint64_t now_us) {
+  if (m->waits && m->closing) { /* CLOSE waits for nothing */
+    m->waits = false;
+    m->progress_at = now_us;
+  }
   if (m->waits && now_us < m->wait_end) return m->wait_end;
   if (m->waits) {
     m->waits = false;
@@ -103,13 +112,17 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
     m->open = true;
     m->progress_at = now_us;
   }
+  /* Asked for too long, whatever its frames do: its receiver must not have forgotten it (TB-26). */
+  const uint64_t asked_end = m->asks ? m->asked_from + unheard_us(t) : UINT64_MAX;
   if (m->closing || m->open || first_todo(m) >= 0 || slot_waits_of(t, m->destination, m->pipe)) {
-    const uint64_t stalled_at = m->progress_at + STALL_US;
+    const uint64_t stalled_at = earlier(m->progress_at + STALL_US, asked_end);
     if (now_us >= stalled_at) end_with(m, TRANSPORT_NOT_CONFIRMED);
     return stalled_at;
   }
   /* Everything has left: the answers of those that are awaited are missing. */
   m->went_out = true;
+  if (!m->asks) m->asked_from = now_us;
+  m->asks = true;
   if (!any_byte(m->awaited, TRANSPORT_MAP_BYTES)) {
     end_with(m, TRANSPORT_NOT_CONFIRMED); /* nobody is there who could */
     return UINT64_MAX;
@@ -119,11 +132,12 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
   m->left_at = m->progress_at = now_us;
   if (++m->tries == TRIES) m->closing = true;
   else m->open = true;
-  return now_us + STALL_US;
+  return earlier(now_us + STALL_US, m->asked_from + unheard_us(t));
 }
 
 static void heard(struct transport_outgoing *m, uint64_t now_us) {
   m->tries = 0;
+  m->asks = false;
   m->progress_at = now_us;
 }
 
@@ -187,6 +201,7 @@ static void missing(struct transport *t, struct transport_outgoing *m, const uin
     return;
   }
   heard(m, now_us);
+  m->waited = 0; /* it was taken up */
   if (m->waits && m->destination != 0) return;
   again(m);
   for (unsigned i = 0; first + i < behind; ++i)

@@ -4,8 +4,9 @@
 /* What waits for so long is of no use when it leaves at last. */
 enum { STALE_US = 1000000, STALE_BITS = 20000, STALE_PD = 3 };
 
-/* For so long an answer holds data frames back. */
-enum { HOLD_US = 200000, HOLD_BITS = 20000 };
+/* While answers wait, data frames are held back and go free in turn, each for so long: half of the time after
+ * which a receiver that hears nothing drops a message. */
+enum { HOLD_US = 100000, HOLD_BITS = 10000 };
 
 bool slot_waits(const struct transport *t, uint32_t id) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
@@ -33,9 +34,7 @@ static unsigned places_for(const struct transport *t, const struct ring_id *id) 
   return id->is_data && id->pipe != RING_PROCESS_DATA ? places - 3 : places - 1;
 }
 
-static uint64_t hold_end(const struct transport *t, const struct transport_slot *slot) {
-  return slot->put_at + time_or_bits(t, HOLD_US, HOLD_BITS);
-}
+static uint32_t hold_us(const struct transport *t) { return time_or_bits(t, HOLD_US, HOLD_BITS); }
 
 static bool is_answer(const struct ring_id *id) {
   return !id->is_data && id->number >= RING_DONE && id->number <= RING_UNKNOWN;
@@ -45,13 +44,28 @@ static bool is_answer(const struct ring_id *id) {
  * from leaving. */
 static bool is_held(const struct transport *t, uint32_t id_word, const struct ring_id *id) {
   if (!id->is_data || id->pipe == RING_PROCESS_DATA) return false;
+  if (!t->holds || t->now_us >= t->held_from + hold_us(t)) return false;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id other = ring_id_of(t->slots[i].frame.id);
-    if (is_answer(&other) && other.urgent == id->urgent && id_word < t->slots[i].frame.id &&
-        t->now_us < hold_end(t, &t->slots[i]))
-      return true;
+    if (is_answer(&other) && other.urgent == id->urgent && id_word < t->slots[i].frame.id) return true;
   }
   return false;
+}
+
+static void look_hold(struct transport *t) {
+  bool waits = false;
+  for (uint8_t i = 0; i < t->slot_count; ++i) {
+    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
+    waits |= is_answer(&id);
+  }
+  if (waits && (!t->holds || t->now_us >= t->held_from + 2 * (uint64_t)hold_us(t))) t->held_from = t->now_us;
+  t->holds = waits;
+}
+
+uint64_t hold_due(const struct transport *t) {
+  const uint64_t end = t->held_from + hold_us(t);
+  if (!t->holds) return UINT64_MAX;
+  return t->now_us < end ? end : end + hold_us(t);
 }
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
@@ -59,6 +73,7 @@ bool slot_put(struct transport *t, const struct ring_frame *frame) {
   if (t->slot_count >= places_for(t, &id) || is_held(t, frame->id, &id) || !can_port_send(t->port, frame))
     return false;
   t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
+  if (is_answer(&id)) look_hold(t);
   return true;
 }
 
@@ -80,7 +95,6 @@ uint64_t slots_look(struct transport *t, uint64_t now_us) {
       continue;
     }
     t->slots[kept++] = slot;
-    if (is_answer(&id) && now_us < hold_end(t, &slot)) due = earlier(due, hold_end(t, &slot));
     if (sender_has(t, &id)) continue; /* for 10 s at most, then the message has ended */
     const uint64_t end = stale_at(t, slot.frame.id, slot.put_at);
     if (now_us < end) {
@@ -91,6 +105,7 @@ uint64_t slots_look(struct transport *t, uint64_t now_us) {
     if (!id.is_data && id.number == RING_HELLO) t->hello_due = true; /* a new one goes instead */
   }
   t->slot_count = kept;
+  look_hold(t);
   return due;
 }
 

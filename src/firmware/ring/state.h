@@ -9,6 +9,7 @@ struct transport_outgoing {
   bool closing;  /* CLOSE is to be sent */
   bool waits;    /* for the time that a BUSY has named */
   bool went_out; /* all of its frames have left once */
+  bool asks;     /* they have since the last answer, first at `asked_from` */
   uint8_t destination, pipe, number, tries;
   uint8_t waited; /* waits that have passed since its receiver was found busy */
   uint16_t tag, length;
@@ -18,7 +19,7 @@ struct transport_outgoing {
   uint8_t awaited[TRANSPORT_MAP_BYTES], unconfirmed[TRANSPORT_MAP_BYTES];
   enum transport_outcome outcome;
   const uint8_t *data;
-  uint64_t wait_end, restarted_at, left_at, progress_at;
+  uint64_t wait_end, restarted_at, left_at, progress_at, asked_from;
 };
 
 /* A buffer for a message that comes in. */
@@ -91,6 +92,8 @@ struct transport {
   /* What waits in the port, and answers that wait for a place there, the oldest first. */
   struct transport_slot slots[TRANSPORT_SLOTS];
   uint8_t slot_count;
+  bool holds; /* answers are among them; data frames are held back, and go free, since `held_from` (TB-31) */
+  uint64_t held_from;
   struct transport_answer answers[TRANSPORT_ANSWERS];
   uint8_t answer_count;
 

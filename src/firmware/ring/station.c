@@ -4,13 +4,15 @@
 enum {
   HELLO_US = 1000000,
   HELLO_BITS = 1000, /* of the bus for each node: HELLO of all take a sixth of it at most */
+  HELLO_MS_MOST = 2500, /* set by a program: four of them are 10 s (TP-20) */
   MEMBER_HELLOS = 3,
   PORTS = 1 /* byte of HELLO behind the life */
 };
 
 /* On a ring with so many nodes. */
 static uint64_t hello_us(const struct transport *t, unsigned nodes) {
-  if (t->config.hello_ms != 0) return t->config.hello_ms * (uint64_t)US_IN_MS;
+  const uint16_t set = t->config.hello_ms < HELLO_MS_MOST ? t->config.hello_ms : HELLO_MS_MOST;
+  if (set != 0) return set * (uint64_t)US_IN_MS;
   return time_or_bits(t, HELLO_US, HELLO_BITS * nodes);
 }
 

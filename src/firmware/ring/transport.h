@@ -32,7 +32,7 @@ struct transport_config {
   uint16_t kbps;                        /* of the ring, 5 to 2000 */
   uint8_t slots;                        /* frames in the port, 8 to 16, else 8 (TB-04) */
   uint16_t pd_ms;                       /* process data are sent again after this time, 1 to 1000 */
-  uint16_t hello_ms;                    /* between two HELLO, the same in all nodes; 0: as TB-28 has it */
+  uint16_t hello_ms;                    /* between two HELLO, the same in all, up to 2,500; 0: by TB-28 */
   uint8_t hello[TRANSPORT_HELLO_BYTES]; /* HELLO behind the life: ring state, ports, ... */
 };
 

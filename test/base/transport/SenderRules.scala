@@ -200,6 +200,8 @@ abstract class SenderRules extends TransportCases {
         b.hear(busy(0, 2))
         assert(b.run(ms(wait) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Open), wait)
       }
+      b.hear(missing(0, 0, 0x8000000000L), busy(0, 2)) // it was taken up meanwhile
+      assert(b.run(ms(20)).map(code) == Seq(Code.Open))
       b.hear(busy(0, 250)) // longer ones are as they are
       b.send(Seq(1), tag = 2)
       b.hear(busy(0, 2, pipe = 1)) // another message
@@ -220,6 +222,20 @@ abstract class SenderRules extends TransportCases {
     b.t.cancel(1)
     assert(b.run().map(f => (code(f), f.data)) == Seq((Code.Close, Seq(0, 7))))
     assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+  }
+
+  it should "end 10 s behind that if there is no place for CLOSE, however long its wait is" in node() { b =>
+    b.send(message(20))
+    b.hear(busy(0, 255))
+    b.isHeld = true
+    for (n <- 2 to 10) b.send(Seq(n), tag = n)
+    b.t.cancel(1)
+    b.run(ms(5000))
+    for (pipe <- 1 to 9) b.hear(busy(0, 1, pipe)) // the others last longer
+    b.run(ms(5000) - 1)
+    assert(b.ended().isEmpty && b.waiting.filterNot(isHello).forall(code(_) == Code.Short))
+    b.run(1)
+    assert(b.ended().contains(Ended(1, all.NotConfirmed, Set(Peer))))
   }
 
   "TP-11, TB-09: UNKNOWN and DONE of the number before" should
@@ -307,6 +323,34 @@ abstract class SenderRules extends TransportCases {
     b.run(ms(2))
     assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
   }
+
+  "TP-30, TB-26: a message that nobody answers" should
+    "end 15 s after all has left, though its frames wait for long" in node() { b =>
+      b.isHeld = true
+      b.send(Seq(1))
+      b.run(ms(9000))
+      b.leave()
+      for (_ <- 1 to 2) { // OPEN leaves nearly 7 s after it was put into the port
+        b.run(ms(7000))
+        assert(b.ended().isEmpty)
+        b.leave()
+      }
+      b.run(ms(1000) - 1)
+      assert(b.ended().isEmpty && b.waiting.exists(code(_) == Code.Short))
+      b.run(1)
+      assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+      b.leave()
+      b.send(Seq(1), tag = 2) // an answer lets it begin anew
+      b.run(ms(7000))
+      b.leave()
+      b.run(ms(7000))
+      b.leave()
+      b.hear(busy(1, 1))
+      b.run(ms(7000))
+      b.leave()
+      b.run(ms(7000))
+      assert(b.ended().isEmpty)
+    }
 
   "TB-27: frames of a message that has ended" should "be taken back, not those of one under way" in node() {
     b =>
