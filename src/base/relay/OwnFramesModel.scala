@@ -57,7 +57,6 @@ trait OwnHost {
   def isSending(flight: Flight): Boolean
   def counts(counter: Int): Unit
   def lifeSettled(): Unit // the start of a life was confirmed or has failed
-
 }
 
 /** Sequences, copies, confirming and repeating (FR-55 to FR-58). */

@@ -80,11 +80,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   private var state               = Listens
   private var listenEnd           = Option.empty[Long]                    // the unit
   private val homes               = mutable.Queue.empty[(Long, Incoming)] // and when they count
-  private val passed              = Array(0, 0)                           // since the last own frame
-  private var turns               = 0L                                    // identifiers that came
-  private val sending             = Array.fill(2)(Option.empty[Flight])
-  private var inConflict          = false
-  private var cycle               = 0L
+  private val passed     = Array(0, 0) // since the last own one of the second half
+  private var turns      = 0L          // identifiers that came
+  private val sending    = Array.fill(2)(Option.empty[Flight])
+  private var inConflict = false
+  private var cycle      = 0L
 
   def isUp(port: Int): Boolean   = up(port)
   def isAlone: Boolean           = !up(0) && !up(1)
