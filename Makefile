@@ -49,7 +49,7 @@ help: ## this text
 	  sed -E 's/:.*## /\t/' | expand -t 20
 
 verilog: tools-for-verilog ## Verilog of the default preset, or \
-         # ARGS="--preset et1100 --ports 2 --name my_core"
+         # ARGS="--preset slave --ports 1 --name my_core"
 	$(SBT) "run $(ARGS)"
 
 generated: tools-for-generated ## Verilog of every preset; docs/registers.md, docs/parameters.md, docs/ring.md
@@ -247,9 +247,11 @@ ring-report: tools-for-ring-report ## the same for the fibre ring: docs/ring-rep
              # docs/ring-report.json; its times and throughput by pictures
 	$(SBT) "runMain flyframe.report.RingReport"
 
-pictures: tools-for-test ## writes the pictures of docs/hosts.md and the plots of docs/ring.md, as tests \
-          # measure them
-	FLYFRAME_PICTURES=write $(SBT) "testOnly flyframe.host.TimingPicturesSpec flyframe.ring.RingPicturesSpec"
+pictures: tools-for-test ## writes the pictures of docs/hosts.md, the plots of docs/ring.md and the times of \
+          # docs/ring-report.md, as tests measure them
+	FLYFRAME_PICTURES=write $(SBT) \
+	  "testOnly flyframe.host.TimingPicturesSpec flyframe.ring.RingPicturesSpec" \
+	  "runMain flyframe.report.RingReport times"
 
 figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without \
          # measuring

@@ -12,6 +12,13 @@ object Figures {
   private[report] def areaJson(a: Area) =
     ujson.Obj("luts" -> a.luts, "ffs" -> a.ffs, "logic_elements" -> a.logicElements, "m9k" -> a.m9k)
 
+  /** What [[areaJson]] has told. */
+  private[report] def area(json: ujson.Value): Area = {
+    val Seq(luts, ffs, elements, m9k) =
+      Seq("luts", "ffs", "logic_elements", "m9k").map(json(_).num.toInt): @unchecked
+    Area(luts, ffs, luts + ffs - elements, m9k)
+  }
+
   private def latencyJson(l: Latency) =
     ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
 

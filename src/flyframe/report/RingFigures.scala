@@ -88,7 +88,9 @@ object RingFigures {
     val presets = RingPoints.presets.map { p =>
       val entry = Figures.areaJson(r.area(p.preset))
       entry("logic_elements_with_carry") = r.withCarry(p.preset).logicElements
-      entry("fmax_mhz") = Figures.tenths(r.speed(p.preset).mhz)
+      val speed = r.speed(p.preset)
+      entry("fmax_mhz") = Figures.tenths(speed.mhz)
+      entry("slowest_path") = ujson.Obj("from" -> speed.from, "to" -> speed.to)
       p.preset -> entry
     }
     val features = RingPoints.variants.map(v => v.title -> Figures.areaJson(r.area(v.params.preset)))
@@ -112,6 +114,28 @@ object RingFigures {
       "goals" -> ujson.Arr.from(goals)
     )
     ujson.write(all, indent = 2) + "\n"
+  }
+
+  /** What `json` tells, but for what is not told: times of the slowest paths, bits of RAM. */
+  def read(json: String, figures: Seq[RingFigure]): RingResults = {
+    val all               = ujson.read(json)
+    val (presets, titles) = (all("presets"), RingPoints.variants.map(v => v.params.preset -> v.title))
+    def entries[A](of: ujson.Value)(value: ujson.Value => A) =
+      of.obj.map { case (key, v) => key -> value(v) }.toMap
+    RingResults(
+      all("version").str,
+      all("tools").obj.toSeq.map { case (tool, version) => tool -> version.str },
+      entries(presets)(Figures.area) ++ titles.map { case (p, title) =>
+        p -> Figures.area(all("features")(title))
+      },
+      entries(presets)(p => Area(luts = p("logic_elements_with_carry").num.toInt)),
+      entries(all("units"))(entries(_)(Figures.area)),
+      entries(presets) { p =>
+        val path = p("slowest_path")
+        Speed(p("fmax_mhz").num, path("from").str, path("to").str, 0, 0)
+      },
+      figures
+    )
   }
 
   def page(r: RingResults): String = Wrap(text(r))

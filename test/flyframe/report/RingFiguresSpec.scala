@@ -47,12 +47,19 @@ class RingFiguresSpec extends AnyFlatSpec {
     assert(figures.map(f => RingFigure.of(f.row)) == figures)
   }
 
+  "Its data" should "tell all that the page does" in {
+    val read = RingFigures.read(RingFigures.json(results), figures)
+    assert(RingFigures.page(read) == RingFigures.page(results))
+    assert(RingFigures.json(read) == RingFigures.json(results))
+    assert(read.lines == results.lines)
+  }
+
   "docs/ring-report.json" should "have the figures that make pictures has measured last" in {
     val told = ujson.read(Files.readString(docs.resolve(RingFigures.Json)))("figures").arr.toSeq
     assert(
       told.map(f => (f("title").str, f("measured").num)) ==
         RingFigure.read(docs).map(f => (f.title, f.measured)),
-      "make ring-report"
+      "make pictures"
     )
   }
 
