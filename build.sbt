@@ -3,7 +3,7 @@
 //   base      parameters, registers as data, protocol numbers, golden model, device files; no Chisel
 //   rtl       the controllers in Chisel
 //   flyframe  command line, emission, documents, report
-//   server    log and page of the smoke-alarm system
+//   server    log and page of alarm systems and fibre rings
 ThisBuild / scalaVersion := "2.13.15" // the only 2.13 patch with a Chisel 6.7.0 compiler plugin
 ThisBuild / version      := "0.1.0"
 

@@ -1,11 +1,13 @@
-# Makes a Quartus project of one preset for an EP4CE6E22C8N and compiles it, to see size and speed. Nothing is
-# assigned to pins.
-#   quartus_sh -t fpga/quartus.tcl [PRESET]      PRESET as in generated/PRESET.v, default cyclone4-min
+# Makes a Quartus project of one preset, for an EP4CE6E22C8N unless told otherwise, and compiles it, to see
+# size and speed. Nothing is assigned to pins.
+#   quartus_sh -t fpga/quartus.tcl [PRESET [DEVICE]]
+# PRESET as in generated/PRESET.v, default cyclone4-min; DEVICE such as EP4CE10E22C8.
 # Everything is written to build/quartus/PRESET. Quartus names the device without the N (lead-free).
 load_package flow
 
 set preset cyclone4-min
 if {[llength $quartus(args)] > 0} { set preset [lindex $quartus(args) 0] }
+if {[llength $quartus(args)] > 1} { set device [lindex $quartus(args) 1] }
 
 set root    [file dirname [file dirname [file normalize [info script]]]]
 set verilog [file join $root generated $preset.v]

@@ -59,7 +59,9 @@ object PortTable {
   // format: off
   private val clocks = Seq(
     port("clock",       In, 1, "core clock, `coreClockMhz`, from a PLL"),
-    port("reset",       In, 1, "active high, synchronous to `clock`; hold it until the PLL has locked"),
+    port("reset",       In, 1,
+      "active high; clears without a clock (B-119): begins at any time, comes from a register, ends in " +
+        "step with `clock`. Hold it until the PLL has locked, and 10 ms more where there are PHYs"),
     port("phy_clk_ref", In, 1,
       "the 25 MHz that PHYs with MII get, from the same PLL; it aligns the nibble slots. Tied low: any " +
         "phase, which PHYs with RMII do not allow")
@@ -303,7 +305,7 @@ object PortTable {
       condition = if (pin.condition.contains("rmii")) pin.condition else "`plant` 1",
       built = p => p.hasPlant && pin.built(p)
     )
-  ) ++ host ++ Seq(
+  ) ++ host.filterNot(spi.contains) ++ Seq(
     port("irq",    Out, 1, "interrupt to the host: an event that the mask lets pass; a level")
   )
   // format: on

@@ -27,9 +27,6 @@ object RingPage {
     prescaler
   }
 
-  /** Frames of 8 bytes a second that a ring in relay mode carries at 2 Mbit/s (section 14). */
-  val FullLoad = 8400
-
   /** Core cycles of the shortest bit of a link, by the core clock. */
   private val leastAt50  = LinkTiming.least(50)
   private val leastAt100 = LinkTiming.least(100)
@@ -216,8 +213,9 @@ object RingPage {
     ),
     paragraph(
       f"""How long a frame of 8 bytes takes until the last node has it, in a ring of 51 nodes, 10 km
-      and 2 Mbit/s in which random nodes send; 100 %% are $FullLoad%,d frames a second
-      ([figures](ring-load.csv)):"""
+      and 2 Mbit/s in which random nodes send ([figures](ring-load.csv)); 100 %% are
+      ${LinkTiming.FullLoad}%,d frames a second of all together. What a whole and a broken ring carry for
+      long when all nodes send what they can: [report](ring-report.md#goals)."""
     ),
     paragraph("![Milliseconds to the last node against load, of a whole and a broken ring](ring-load.svg)"),
     paragraph("What passes on a link, and how it begins as light:"),
@@ -242,6 +240,17 @@ object RingPage {
       then, after longer and longer times; behind `ring_retries` repeats the slot is *failed*
       (${at(f + CanRegisters.Failed)})."""
     ),
+    Seq("## The program of a node", ""),
+    paragraph("""`src/firmware` has it in portable C99. A node's host is compiled of `ring/*.c`,
+      `driver/registers.c`, `start_number.c`, `node/can_port.c` and `node/ring_node.c`, with `generated` among
+      the folders of headers (`ring-node-tp.h`, whichever preset it is); its main loop is in
+      [ring_node.h](../src/firmware/node/ring_node.h). The host of `ring-server` takes also `ascon.c` and of
+      `node` `plant_port.c`, `ring_conflict.c`, `ring_picture.c`, `ring_reports.c` and `ring_server.c`. The
+      host of `ring-gateway` takes also `node/ring_conflict.c`, `node/ring_picture.c`, `node/ring_gateway.c`,
+      all of `driver` and `slave`, and `generated/ring-gateway.objects.c`, with `src/firmware/slave` among the
+      folders of headers. The board supplies `board_read` and `board_write` (`driver/transport.h`), and of
+      `port.h` `board_load`, `board_store`, `board_random`, `board_time`, `board_wait` and
+      `board_watchdog`."""),
     Seq("## A bridge to a twisted pair", ""),
     paragraph(
       s"""Preset `ring-node-tp` has a second CAN controller, for a twisted pair, and a bridge: buses of up
@@ -264,15 +273,15 @@ object RingPage {
     ),
     Seq("## A ring under an EtherCAT master", ""),
     paragraph(
-      s"""Preset `ring-gateway` is preset `slave` with a node in it: bit 15 of an address at the host port is
-      that of the ring, whose registers begin at ${at(EscParams.RingSpace)} and whose events have a pin of
-      their own, `ring_irq`. Process data of nodes are inputs of the master, its outputs process data of nodes
-      (GW-02). Which object is in which slot stands in the [device file](device.md), and in objects 0x8010
-      (inputs) and 0x8020 (outputs), which a master may write in PREOP: 256 × node + object, 0 for none. The
-      host program [ring_gateway](../src/firmware/node/ring_gateway.h) does the rest. Where the ring is
-      broken, who is there, and whether another node has the gateway's address are inputs, too; without OP,
-      without outputs in time, or without bit 0 of the control byte the nodes are told that there is no valid
-      value."""
+      s"""Preset `ring-gateway` is preset `slave` with four SyncManagers and a node in it: bit 15 of an
+      address at the host port is that of the ring, whose registers begin at ${at(EscParams.RingSpace)} and
+      whose events have a pin of their own, `ring_irq`. Process data of nodes are inputs of the master, its
+      outputs process data of nodes (GW-02). Which object is in which slot stands in the [device
+      file](device.md), and in objects 0x8010 (inputs) and 0x8020 (outputs), which a master may write in
+      PREOP: 256 × node + object, 0 for none. The host program
+      [ring_gateway](../src/firmware/node/ring_gateway.h) does the rest. Where the ring is broken, who is
+      there, and whether another node has the gateway's address are inputs, too; without OP, without outputs
+      in time, or without bit 0 of the control byte the nodes are told that there is no valid value."""
     ),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in

@@ -95,7 +95,7 @@ object Options {
     val defaults = Options()
     OParser.sequence(
       programName("flyframe-server"),
-      head("flyframe", BuildInfo.version, "- server of the smoke-alarm system"),
+      head("flyframe", BuildInfo.version, "- server of alarm systems and fibre rings"),
       help("help").text("this text"),
       opt[String]("listen")
         .valueName("<address>")

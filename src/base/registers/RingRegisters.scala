@@ -130,7 +130,8 @@ object RingRegisters {
   /** What only relay mode has, but [[distances]]. */
   val relay: Seq[Register] = Seq(
     register(LinkBit,  2, "ring_link_bit", no, rw, "FR-40", "Bit of the links",
-      field("ring_link_bit",     7, 0, stored, LinkBitReset, "Core cycles, 25 (at 100 MHz 50) to 250")),
+      field("ring_link_bit",     7, 0, stored, LinkBitReset,
+        "Core cycles, 25 (at 100 MHz 50) to 250; reads as it counts (RB-26)")),
     register(Confirm,  2, "ring_confirm",  no, rw, "FR-58", "Time until an own frame is repeated",
       field("ring_confirm",     15, 0, stored, ConfirmReset, "In 10 us")),
     register(Retries,  1, "ring_retries",  no, rw, "FR-58", "Repeats of an own frame",

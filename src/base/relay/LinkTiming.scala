@@ -26,6 +26,11 @@ object LinkTiming {
   val Least = 25
   val Most  = 250
 
+  /** Frames of 8 bytes a second at 2 Mbit/s that may be relied on, with the worst stuffing; figures at a load
+    * are relative to it. A ring whose nodes send all they can carries more.
+    */
+  val FullLoad = 8400
+
   /** Core cycles of a bit at 2 Mbit/s, the shortest one (RB-26). */
   def least(coreClockMhz: Int): Int = Least max coreClockMhz / 2
 }

@@ -28,7 +28,7 @@ struct can_port_config {
   uint8_t core_mhz; /* core clock, 50 or 100 */
   uint8_t up_ms;    /* until a port comes up (FR-12), the same in all nodes; 0: as out of reset, 10 */
   /* Relay mode: */
-  uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: as FR-58 has it for the bit rate */
+  uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: 20,000 bits (FR-58) */
   uint8_t life;        /* number of this start, modulo 128, from memory that keeps it (FR-61) */
   /* Nodes with a twisted pair (preset ring-node-tp): */
   uint16_t pair_kbps; /* 5 to 1000, core_mhz * 40 must be a multiple of it; 0: it is not used, and stopped */

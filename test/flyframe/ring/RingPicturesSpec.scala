@@ -5,7 +5,6 @@ import scala.collection.mutable.ArrayBuffer
 import scala.jdk.CollectionConverters._
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.RingPage
 import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.fibre.model.CanRing
 import flyframe.fibre.{DemodulatorModel, ModulatorModel, Reach, Tone}
@@ -394,7 +393,7 @@ class RingPicturesSpec extends AnyFlatSpec {
 
   private def measure(isBroken: Boolean, percent: Int): Loaded = {
     val ways =
-      new RelayFigures(25, seed = percent).atLoad(RingPage.FullLoad * percent / 100, isBroken, LoadedUs)
+      new RelayFigures(25, seed = percent).atLoad(LinkTiming.FullLoad * percent / 100, isBroken, LoadedUs)
     Loaded(isBroken, percent, ways.sum / ways.size, ways(ways.size * 99 / 100), ways.last)
   }
 
@@ -427,8 +426,8 @@ class RingPicturesSpec extends AnyFlatSpec {
 
   private val figuresOf = Paths.get("docs", "ring-figures.csv")
   private val Promised = Seq( // idle, urgent at full load, the same broken, frames a second, the same broken
-    (25, "2 Mbit/s", 0.9, 4.0, 7.8, RingPage.FullLoad),
-    (125, "400 kbit/s", 4.4, 20.0, 39.0, RingPage.FullLoad / 5)
+    (25, "2 Mbit/s", 0.9, 4.0, 7.8, LinkTiming.FullLoad),
+    (125, "400 kbit/s", 4.4, 20.0, 39.0, LinkTiming.FullLoad / 5)
   )
 
   private def idle(linkBit: Int, rate: String, limit: Double) = RingFigure(

@@ -125,9 +125,9 @@ class RingSpec extends AnyFlatSpec {
       (frames, urgent, l.ring.now.toDouble / (threads.getCurrentThreadCpuTime - start))
     }
     val (frames, urgent, first) = full(isBroken = false)
-    assert(frames >= 0.85 * 8400 && urgent <= 4.0)
+    assert(frames >= 0.85 * LinkTiming.FullLoad && urgent <= 4.0)
     val (whenBroken, late, second) = full(isBroken = true)
-    assert(whenBroken >= 0.75 * 8400 && late <= 7.8)
+    assert(whenBroken >= 0.75 * LinkTiming.FullLoad && late <= 7.8)
     val speed = first max second // the first one is being compiled meanwhile
     info(
       f"idle $idle%.2f ms; full $frames%.0f/s, urgent $urgent%.2f ms; " +
