@@ -122,10 +122,16 @@ void CanHost::lookAtFaults(bool isError) {
   last_ = now;
 }
 
+// The register stops at 255 (CAN-46), so it is cleared before. The FIFO has just been emptied: until it is
+// full again nothing is dropped, and so nothing between the read and the clear. What the same command clears
+// beside it are numbers that nobody reads, and the last error: of a port with bus errors it would be lost.
 void CanHost::countOverruns() {
   const auto overruns = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   overruns_ += static_cast<uint8_t>(overruns - overrunsSeen_);
   overrunsSeen_ = overruns;
+  if (overruns == 0 || hasBusErrors()) return;
+  write_number(&board_, at(NODE_CAN_F_COMMAND), 1, NODE_CAN_F_CLEAR_COUNTERS_MASK);
+  overrunsSeen_ = 0;
 }
 
 // Frames that came and frames that left are looked at one after the other. Others may take what was published
@@ -149,10 +155,10 @@ void CanHost::run() {
     ringState_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_STATE, 1));
     ringPorts_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_PORTS, 1));
     receive();
+    countOverruns();
     sendNext();
     const uint32_t errors = NODE_CAN_F_EVENT_BUS_ERROR_MASK << (isOnPair_ ? 8 : 0);
-    if (isOnPair_ || !parameters_.relay) lookAtFaults((events & errors) != 0);
-    countOverruns();
+    if (hasBusErrors()) lookAtFaults((events & errors) != 0);
     publish();
   }
 }

@@ -27,6 +27,8 @@ class CanHost : public FirmwareHost {
   size_t backlog() const { return waiting_.size() + (busy_ ? 1 : 0); }
   // What has happened since the last call, in its order.
   std::vector<CanEvent> events() { return std::exchange(events_, {}); }
+  // Frames that the port has dropped. With bus errors not more than 255 until the controller is reset: the
+  // register stops there.
   uint64_t overruns() const { return overruns_; }
   // Frames that the node has given up, as it was alone or reset.
   uint64_t failed() const { return failed_; }
@@ -43,6 +45,7 @@ class CanHost : public FirmwareHost {
   bool start();
   // Of port T everything lies behind that of port F.
   uint16_t at(unsigned ofPortF) const { return static_cast<uint16_t>(ofPortF + (isOnPair_ ? kPorts : 0)); }
+  bool hasBusErrors() const { return isOnPair_ || !parameters_.relay; }
   Time timeOf(uint16_t stamp);
   void receive();
   void sendNext();

@@ -345,6 +345,22 @@ class DoorsSpec extends AnyFlatSpec {
     for ((Logged(us, _), (asked, _)) <- came.zip(sent)) assert(us >= asked && us < asked + 200, came)
   }
 
+  "CAN-46: the frames that a slow host loses" should "all be counted, beyond what the register holds" in {
+    val log = Directory.lasting("doors").resolve("ring.log")
+    using(relay(2), "--candump", s"1=$log") { ring =>
+      ring.run(StartUs)
+      // Passes with more frames than the FIFO holds, and less than 255 that are lost.
+      ring.ask("host 1 slow 20")
+      for (_ <- 1 to 600) ring.ask("frame 2 123#")
+      ring.await("all frames have left", 200000)(ring.node(2)("backlog").num == 0)
+      ring.ask("host 1 slow 0")
+      ring.run(22000)
+      val came = Files.readAllLines(log).asScala.count(_.contains(" 123#"))
+      val lost = ring.node(1)("overruns").num
+      assert(lost > 255 && came + lost == 600, s"$came have come, $lost were lost")
+    }
+  }
+
   /** What tshark shows of a capture, a line of fields for each packet. */
   private def tshark(file: Path, arguments: String*): Seq[String] =
     (Seq("tshark", "-r", s"$file") ++ arguments).!!(ProcessLogger(_ => ())).linesIterator.toSeq
