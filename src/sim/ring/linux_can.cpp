@@ -30,7 +30,8 @@ LinuxCanDoor::~LinuxCanDoor() { close(socket_); }
 // What waits at the port is not read from the interface, whose queue then fills as that of a slow bus does.
 void LinuxCanDoor::serve(CanHost* port) {
   can_frame f;
-  while (!port || port->backlog() < kBacklog) {
+  // Only so many at a time: a program that never ends would stop the simulation.
+  for (int left = 8; left > 0 && (!port || port->backlog() < kBacklog); --left) {
     if (read(socket_, &f, sizeof f) != static_cast<ssize_t>(sizeof f)) return;
     const auto frame = socketcan::canFrame(f.can_id, f.can_dlc, f.data);
     if (!frame) ++malformed_;

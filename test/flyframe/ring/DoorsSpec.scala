@@ -509,6 +509,22 @@ class DoorsSpec extends AnyFlatSpec {
     assert(ids.size >= dlcs)
   }
 
+  "TL-05: a CAN interface that always has another frame" should "not stop a ring whose port has no host" in {
+    val folder  = Directory.lasting("flooded")
+    val library = folder.resolve("flooded_can.so")
+    val source  = "test/flyframe/ring/flooded_can.c"
+    assert(Seq("cc", "-shared", "-fPIC", "-o", s"$library", source, "-ldl").! == 0)
+    val network = Files.writeString(folder.resolve("ring.json"), ujson.write(relay(2)))
+    val script  = Files.writeString(folder.resolve("script"), "1000 host 1 stop\n2000 quit\n")
+    val files =
+      Seq("--network", s"$network", "--script", s"$script", "--state", s"${folder.resolve("state")}")
+    val options = Seq("--socketcan", "1=vcan0", "--processors", "1", "--with-parent")
+    val command = Seq("env", s"LD_PRELOAD=$library", program) ++ files ++ options
+    val process = new java.lang.ProcessBuilder(command.asJava).inheritIO().start()
+    try assert(process.waitFor(120, TimeUnit.SECONDS) && process.exitValue == 0)
+    finally process.destroyForcibly()
+  }
+
   "TL-05: the doors of Linux" should "pass the same frames where the kernel has AF_CAN" in {
     val probe = "import socket; socket.socket(29, socket.SOCK_RAW, 1)"
     val has   = Seq("python3", "-c", probe).!(ProcessLogger(_ => ())) == 0
