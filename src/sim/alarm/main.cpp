@@ -82,11 +82,13 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 64));
   app.add_flag("--ring", options.line.ring, "a cable leads from the last slave back to the master");
   app.add_flag("!--unlisted", options.listed, "the master expects no slaves");
-  app.add_option("--server-port", master.server_port, "UDP port of the server on 127.0.0.1");
+  app.add_option("--server-port", master.server_port, "UDP port of the server on 127.0.0.1")
+      ->check(CLI::Range(1, 65535));
   app.add_option("--key", key, "file with the key that server and master share: 32 hex digits");
   app.add_option("--state", state, "folder for the non-volatile memories of the hosts")
       ->capture_default_str();
   app.add_option("--control", control, "Unix socket that takes commands");
+  // What host programs are given may be nonsense: it shows what they say of it (HOST-02).
   app.add_option("--master-id", master.master_id, "ID of the master")->capture_default_str();
   app.add_option("--node-id", options.slave.node_id, "node ID of the first slave; the others follow")
       ->capture_default_str();
@@ -121,15 +123,20 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--bit-errors", options.line.bitErrors,
                  "flip one bit of so many on each line cable; 0: none")
-      ->capture_default_str();
-  app.add_option("--seed", options.line.seed, "seed of clock phases and bit errors")->capture_default_str();
+      ->capture_default_str()
+      ->check(wholeNumber());
+  app.add_option("--seed", options.line.seed, "seed of clock phases and bit errors")
+      ->capture_default_str()
+      ->check(wholeNumber());
   app.add_option("--line-pcap", options.linePcap, "record the cable before the first slave");
   app.add_option("--plant-pcap", options.plantPcap, "record the plant network");
   app.add_option("--measure", measure,
-                 "measure the time from detector to report over so many events instead, without a server");
+                 "measure the time from detector to report over so many events instead, without a server")
+      ->check(wholeNumber());
   app.add_option(
-      "--flood", flood,
-      "send so many hostile datagrams of each kind to the master instead, at the speed of the wire");
+         "--flood", flood,
+         "send so many hostile datagrams of each kind to the master instead, at the speed of the wire")
+      ->check(wholeNumber());
   return runProgram(app, argc, argv, [&]() -> int {
     if (measure > 0 || flood > 0) {
       std::fill(std::begin(master.key), std::end(master.key), 1);

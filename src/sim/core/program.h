@@ -2,7 +2,17 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
+#include <string>
+
+// A whole number that needs more than 32 bits. CLI11 itself takes -1 as the highest one.
+inline CLI::Range wholeNumber() { return {int64_t{0}, int64_t{1'000'000'000'000'000'000}}; }
+
+// Beside CLI::Range, in which CLI11 finds NaN.
+inline std::string isNumber(const std::string& text) {
+  return text.find_first_not_of("0123456789.eE+-") == std::string::npos ? "" : "'" + text + "' is no number";
+}
 
 // Parses the command line and runs `body` (which returns the exit code); every mistake becomes one sentence
 // and exit code 2.

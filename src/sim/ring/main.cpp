@@ -119,6 +119,7 @@ int main(int argc, char** argv) {
   app.add_option("--state", state, "folder of the non-volatile memories of the nodes")->capture_default_str();
   app.add_option("--end-ms", endMs, "ends after so much simulated time; 0: never")
       ->capture_default_str()
+      ->check(isNumber)
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--processors", options.processors, "how many may be used at once")
       ->capture_default_str()
@@ -135,14 +136,19 @@ int main(int argc, char** argv) {
   door("--candump", doorOptions.candump, "NODE=FILE: the same as a log of candump");
   app.add_option("--script", scriptPath, "lines of the control socket, each behind its time in us");
   app.add_option("--server-port", server.plant.server_port,
-                 "UDP port of the server on 127.0.0.1, for the node with host 'server'");
+                 "UDP port of the server on 127.0.0.1, for the node with host 'server'")
+      ->check(CLI::Range(1, 65535));
   app.add_option("--key", key, "file with the key that server and gateway share: 32 hex digits");
-  app.add_option("--gateway-id", server.reports.gateway, "ID of the gateway")->capture_default_str();
+  app.add_option("--gateway-id", server.reports.gateway, "ID of the gateway")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 65535));
   app.add_option("--report-repeat-ms", server.reports.repeat_ms,
                  "repetition of reports that are not acknowledged")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
   app.add_option("--heartbeat-ms", server.reports.heartbeat_ms, "reports without news")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
   app.add_option("--plant-pcap", plantPcap, "record the plant network");
   app.add_option("--interface", interface,
                  "interface with the EtherCAT master, for the node with host 'gateway'");
@@ -150,10 +156,11 @@ int main(int argc, char** argv) {
          "--time-scale", timeScale,
          "with a master simulated time runs at most at so much of the wall clock; 0: as fast as it can")
       ->capture_default_str()
+      ->check(isNumber)
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
   app.add_flag("--with-parent", withParent, "ends when the program that has started it has ended");
-  const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
+  const auto* seeded = app.add_option("--seed", seed, "instead of the network's")->check(wholeNumber());
   const pid_t parent = getppid();
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves is an error of writing
   return runProgram(app, argc, argv, [&]() -> int {

@@ -261,6 +261,23 @@ class RingSimulatorSpec extends AnyFlatSpec {
       val (text, code) = refused(arguments: _*)
       assert(code == 2 && text.count(_ == '\n') == 1, text)
     }
+    val ring = Files.writeString(Directory.lasting("ring").resolve("network.json"), """{"nodes": 2}""")
+    val numbers = Seq(
+      "--gateway-id"       -> Seq("0", "65536"),
+      "--report-repeat-ms" -> Seq("0", "10001"),
+      "--heartbeat-ms"     -> Seq("0", "10001"),
+      "--server-port"      -> Seq("0", "65536"),
+      "--processors"       -> Seq("0", "65"),
+      "--time-scale"       -> Seq("-1", "1.1", "nan"),
+      "--seed"             -> Seq("-1", "1000000000000000001"),
+      "--end-ms"           -> Seq("-1", "1000001", "nan")
+    )
+    for ((option, values) <- numbers; value <- values) {
+      val files        = Seq("--network", s"$ring", "--state", s"${ring.resolveSibling("state")}")
+      val end          = if (option == "--end-ms") Nil else Seq("--end-ms", "0.1")
+      val (text, code) = refused(files ++ end ++ Seq(option, value): _*)
+      assert(code == 2 && text.contains(option) && text.count(_ == '\n') == 1, s"$option $value: $text")
+    }
   }
 
   it should "give whoever reads late all answers, and each of them whole" in using(relay(2)) { ring =>

@@ -21,6 +21,11 @@ class MistakesSpec extends AnyFlatSpec {
       "key too short"         -> (without("--key") ++ Seq("--key", s"$short")),
       "too many slaves"       -> (good ++ Seq("--slaves", "65")),
       "no number"             -> (good ++ Seq("--bus-cycle-us", "fast")),
+      "no port"               -> (without("--server-port") ++ Seq("--server-port", "0")),
+      "less than no events"   -> (good ++ Seq("--measure", "-1")),
+      "less than no datagram" -> (good ++ Seq("--flood", "-1")),
+      "less than no errors"   -> (good ++ Seq("--bit-errors", "-1")),
+      "less than no seed"     -> (good ++ Seq("--seed", "-1")),
       "state that is a file"  -> (without("--state") ++ Seq("--state", s"$short")),
       "recording nowhere"     -> (good ++ Seq("--line-pcap", s"$folder/none/x.pcap")),
       "unknown option"        -> (good :+ "--nonsense")
