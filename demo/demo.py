@@ -66,13 +66,14 @@ def main():
         "--http-port", type=int, default=8080, help="port of the page (8080; another one if it is taken)"
     )
     parser.add_argument("--slaves", type=int, default=5, help="slaves on the line (5)")
+    parser.add_argument("--simulator", default=SIMULATOR, help=argparse.SUPPRESS)  # of tests
     options = parser.parse_args()
     control = FOLDER / "control.sock"
     parts.run(
         FOLDER,
         options.http_port,
         lambda reports: (
-            SIMULATOR, "--slaves", options.slaves, "--server-port", reports, "--key", FOLDER / "key",
+            options.simulator, "--slaves", options.slaves, "--server-port", reports, "--key", FOLDER / "key",
             "--state", FOLDER / "state", "--control", control,
         ),  # fmt: skip
         greet,

@@ -45,9 +45,15 @@ class Children:
         self.all = []
 
     def start(self, name, *command):
-        # A group of its own: Ctrl-C reaches this program only, which then ends the others in order.
+        # A group of its own: Ctrl-C reaches this program only, which then ends the others in order. The input
+        # is never written to: it ends with this program, however that ends.
         child = subprocess.Popen(
-            [str(c) for c in command], stdout=subprocess.PIPE, text=True, cwd=ROOT, start_new_session=True
+            [str(c) for c in command],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+            start_new_session=True,
         )
         self.all.append((name, child))
         return child
@@ -139,8 +145,25 @@ def server_command(folder, http_port):
     return (
         "java", "-cp", (folder / "classpath").read_text().strip(), "flyframe.server.Server",
         "--http-port", free_port(http_port), "--udp-port", 0, "--database", folder / "log.db",
-        "--key", folder / "key", "--master-timeout-ms", 60000, "--order-timeout-ms", 120000,
+        "--key", folder / "key", "--master-timeout-ms", 60000, "--order-timeout-ms", 120000, "--with-input",
     )  # fmt: skip
+
+
+def end_on_signals():
+    """Ctrl-C, the end of the terminal and SIGTERM end the demonstration, and its programs with it."""
+    # nohup has one of them ignored.
+    signals = [
+        s for s in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM) if signal.getsignal(s) != signal.SIG_IGN
+    ]
+
+    def end(number, _):
+        # Another one must not keep it from ending its programs.
+        for s in signals:
+            signal.signal(s, signal.SIG_IGN)
+        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(0)
+
+    for s in signals:
+        signal.signal(s, end)
 
 
 def run(folder, http_port, simulator, greet, make_panel):
@@ -150,13 +173,13 @@ def run(folder, http_port, simulator, greet, make_panel):
     the address of the page; `make_panel`: connects the panel."""
     folder.mkdir(parents=True, exist_ok=True)
     make_key(folder / "key")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    end_on_signals()
     children = Children()
     try:
         server = children.start("server", *server_command(folder, http_port))
         told = expect("server", server, ["page: ", "reports: udp "])
         reports = told["reports: udp "].rsplit(":", 1)[1]
-        line = children.start("simulator", *simulator(reports))
+        line = children.start("simulator", *simulator(reports), "--with-parent")
         expect("simulator", line, ["ready: "])
         greet(told["page: "])
         serve(make_panel(), children)

@@ -28,6 +28,8 @@ import flyframe.BuildInfo
   *   a master that has not reported for so long is silent, 1 to 86,400,000
   * @param orderTimeoutMs
   *   an order has failed when no result has come for so long, 1 to 86,400,000
+  * @param withInput
+  *   it ends with its standard input
   */
 final case class Options(
     listen: InetAddress = InetAddress.getByAddress("127.0.0.1", Array[Byte](127, 0, 0, 1)),
@@ -39,7 +41,8 @@ final case class Options(
     hosts: Seq[String] = Nil,
     masters: Map[Int, InetAddress] = Map.empty,
     masterTimeoutMs: Int = 5000,
-    orderTimeoutMs: Int = 10000
+    orderTimeoutMs: Int = 10000,
+    withInput: Boolean = false
 )
 
 object Options {
@@ -138,7 +141,10 @@ object Options {
       ),
       number("order-timeout-ms", 1 to day, s"an order has failed after; default ${defaults.orderTimeoutMs}")(
         (v, o) => o.copy(orderTimeoutMs = v)
-      )
+      ),
+      opt[Unit]("with-input")
+        .text("ends when its standard input ends, as it does with a program that holds the other end")
+        .action((_, o) => o.copy(withInput = true))
     )
   }
 }

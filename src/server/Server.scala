@@ -1,5 +1,6 @@
 package flyframe.server
 
+import java.io.OutputStream
 import java.net.InetAddress
 import java.util.concurrent.{CountDownLatch, Executors, RejectedExecutionException, TimeUnit}
 import java.util.logging.{Level, Logger}
@@ -115,11 +116,12 @@ object Server {
     Options.parse(args) match {
       case Right(Left(help)) => println(help); 0
       case parsed =>
-        parsed.flatMap(_.flatMap(start)) match {
+        val started = for (r <- parsed; options <- r; running <- start(options)) yield (options, running)
+        started match {
           case Left(sentence) =>
             Console.err.println(sentence)
             2
-          case Right(running) =>
+          case Right((options, running)) =>
             val ended = new CountDownLatch(1)
             sys.addShutdownHook {
               running.close()
@@ -127,10 +129,21 @@ object Server {
             }
             println(s"page: ${running.page}")
             println(s"reports: udp ${running.reports}")
+            if (options.withInput) endWithInput()
             ended.await()
             0
         }
     }
+
+  /** What comes there is of no interest. */
+  private def endWithInput(): Unit = {
+    val reader = new Thread(() =>
+      try System.in.transferTo(OutputStream.nullOutputStream)
+      finally sys.exit(0)
+    )
+    reader.setDaemon(true)
+    reader.start()
+  }
 
   def main(args: Array[String]): Unit = sys.exit(run(args.toSeq))
 }

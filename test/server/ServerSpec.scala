@@ -4,6 +4,7 @@ import java.io.{ByteArrayOutputStream, File}
 import java.net.{DatagramPacket, InetSocketAddress, ServerSocket}
 import java.nio.file.{Files, Path}
 import java.util.concurrent.TimeUnit
+import scala.jdk.CollectionConverters._
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
@@ -256,24 +257,21 @@ class ServerSpec extends AnyFlatSpec {
       Using.resource(start(options(d)))(server => assert(get(server, "").statusCode == 200))
   }
 
+  /** The server as a program, which writes to `out`. */
+  private def program(d: Path, more: String*): Process = {
+    val java  = Path.of(System.getProperty("java.home"), "bin", "java").toString
+    val start = Seq(java, "-cp", System.getProperty("java.class.path"), "flyframe.server.Server")
+    val files = Seq("--key", s"${options(d).key.get}", "--database", s"${d.resolve("log.db")}")
+    val ports = Seq("--http-port", "0", "--udp-port", "0")
+    new ProcessBuilder((start ++ files ++ ports ++ more).asJava)
+      .redirectErrorStream(true)
+      .redirectOutput(d.resolve("out").toFile)
+      .start()
+  }
+
   "SRV-18: the program" should "say where it listens, only on loopback, and end when told to" in Directory {
     d =>
-      val java    = Path.of(System.getProperty("java.home"), "bin", "java").toString
-      val classes = System.getProperty("java.class.path")
-      val process = new ProcessBuilder(
-        java,
-        "-cp",
-        classes,
-        "flyframe.server.Server",
-        "--http-port",
-        "0",
-        "--udp-port",
-        "0",
-        "--key",
-        options(d).key.get.toString,
-        "--database",
-        d.resolve("log.db").toString
-      ).redirectErrorStream(true).redirectOutput(d.resolve("out").toFile).start()
+      val process = program(d)
       try {
         def out = Files.readString(d.resolve("out"))
         eventually("both lines")(out.count(_ == '\n') == 2)
@@ -293,6 +291,16 @@ class ServerSpec extends AnyFlatSpec {
       } finally process.destroyForcibly()
       assert(!new File(s"${d.resolve("log.db")}-wal").exists, "the database was closed")
       assert(stored(d).size == 1)
+  }
+
+  it should "end with its standard input, if it is told to" in Directory { d =>
+    val process = program(d, "--with-input")
+    try {
+      eventually("both lines")(Files.readString(d.resolve("out")).count(_ == '\n') == 2)
+      process.getOutputStream.close()
+      assert(process.waitFor(60, TimeUnit.SECONDS) && process.exitValue == 0)
+    } finally process.destroyForcibly()
+    assert(!new File(s"${d.resolve("log.db")}-wal").exists, "the database was closed")
   }
 
   /** Addresses at which something listens on a port, IPv4 and IPv6. */

@@ -3,7 +3,6 @@
 #include <poll.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <iostream>
 
@@ -12,21 +11,19 @@
 #include "alarm/network.h"
 #include "core/control.h"
 #include "core/program.h"
+#include "core/stop.h"
 #include "core/user_error.h"
 #include "plant/key.h"
 #include "plant/plant.h"
 
 namespace {
-volatile std::sig_atomic_t stopRequested = 0;
-
 template <class Array>
 void copyTo(uint8_t* to, const Array& from) {
   std::copy(from.begin(), from.end(), to);
 }
 
-// Until `quit`, SIGINT or SIGTERM.
-void serve(AlarmNetwork& network, const std::string& controlPath) {
-  for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
+// Until `quit` or `stop`.
+void serve(AlarmNetwork& network, const std::string& controlPath, const Stop& stop) {
   Plant plant([&](const Bytes& frame) {
     // As much as a station takes in that is far too slow.
     if (network.line().plantBacklog() < 100'000) network.toMaster(frame);
@@ -44,7 +41,7 @@ void serve(AlarmNetwork& network, const std::string& controlPath) {
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
   std::vector<pollfd> fds;
-  while (!quit && !stopRequested) {
+  while (!quit && !stop.isWanted()) {
     network.line().advance();
     plant.poll();
     if (!control) continue;
@@ -59,6 +56,7 @@ void serve(AlarmNetwork& network, const std::string& controlPath) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  Stop stop;
   CLI::App app(
       "Simulates the smoke-alarm system: an alarm master and its slaves (RTL) with their host programs. The "
       "master's datagrams to the\n"
@@ -68,6 +66,7 @@ int main(int argc, char** argv) {
   alarm_master_parameters& master = options.master;
   std::string key, control, state = "alarm-state";
   size_t measure = 0, flood = 0;
+  bool withParent = false;
   master.master_id = 1, master.master_port = 50000, master.answer_timeout_us = 100, master.retries = 2;
   master.bus_cycle_us = 1000, master.report_repeat_ms = 2, master.report_heartbeat_ms = 4;
   const std::array<uint8_t, 6> mac{0x02, 0x46, 0x41, 0, 0, 1};
@@ -137,6 +136,7 @@ int main(int argc, char** argv) {
          "--flood", flood,
          "send so many hostile datagrams of each kind to the master instead, at the speed of the wire")
       ->check(wholeNumber());
+  app.add_flag("--with-parent", withParent, "ends when the program that has started it has ended");
   return runProgram(app, argc, argv, [&]() -> int {
     if (measure > 0 || flood > 0) {
       std::fill(std::begin(master.key), std::end(master.key), 1);
@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
     AlarmNetwork network(options);
     if (measure > 0) std::cout << measureReports(network, options, measure).dump(2) << "\n";
     else if (flood > 0) std::cout << floodMaster(network, options, flood).dump(2) << "\n";
-    else serve(network, control);
+    else stop.listen(withParent), serve(network, control, stop);
     return 0;
   });
 }

@@ -1,7 +1,6 @@
 // Simulates a fibre ring: nodes in RTL with their host programs, the fibres between them, and the doors
 // through which CAN programs join.
 #include <poll.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -11,6 +10,7 @@
 #include "core/control.h"
 #include "core/program.h"
 #include "core/pcap_io.h"
+#include "core/stop.h"
 #include "core/user_error.h"
 #include "plant/key.h"
 #include "plant/plant.h"
@@ -20,8 +20,6 @@
 #include "ring/script.h"
 
 namespace {
-volatile std::sig_atomic_t stopRequested = 0;
-
 // Moves frames between the ring's gateway and the plant network of this computer.
 class PlantLink {
  public:
@@ -50,13 +48,9 @@ class PlantLink {
   Plant plant_;
 };
 
-// Until `quit`, SIGINT, SIGTERM, SIGHUP or `endMs`; or until `parent` is another one, unless it is 0.
+// Until `quit`, `stop` or `endMs`.
 void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, LevelRecorder* levels,
-           Script& script, const std::string& controlPath, double endMs, pid_t parent) {
-  for (int s : {SIGINT, SIGTERM, SIGHUP}) {
-    const auto before = std::signal(s, [](int) { stopRequested = 1; });
-    if (s == SIGHUP && before == SIG_IGN) std::signal(s, SIG_IGN);  // nohup
-  }
+           Script& script, const std::string& controlPath, double endMs, const Stop& stop) {
   RingBench bench(ring, doors);
   bool quit = false;
   const auto command = [&](const std::vector<std::string>& words) -> std::string {
@@ -71,8 +65,7 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   constexpr Time kLook = 20 * kUs;
   const Time end = endMs > 0 ? static_cast<Time>(endMs * 1000) * kUs : kNever;
   std::vector<pollfd> fds;
-  const auto isAlone = [&] { return parent != 0 && getppid() != parent; };
-  while (!quit && !stopRequested && ring.now() < end && !isAlone()) {
+  while (!quit && !stop.isWanted() && ring.now() < end) {
     ring.runUntil(std::min(ring.now() + kLook, script.next()));
     script.run(ring.now(), command);
     doors.serve();
@@ -92,6 +85,7 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
 }  // namespace
 
 int main(int argc, char** argv) {
+  Stop stop;
   CLI::App app(
       "Simulates a fibre ring: nodes in RTL with their host programs, and the fibres between them. "
       "Presets built in: " +
@@ -161,7 +155,6 @@ int main(int argc, char** argv) {
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
   app.add_flag("--with-parent", withParent, "ends when the program that has started it has ended");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's")->check(wholeNumber());
-  const pid_t parent = getppid();
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves is an error of writing
   return runProgram(app, argc, argv, [&]() -> int {
     RingSpec spec = readRing(network);
@@ -186,8 +179,8 @@ int main(int argc, char** argv) {
     if (!interface.empty()) master = std::make_unique<MasterLink>(ring, interface, timeScale);
     std::unique_ptr<LevelRecorder> levels;
     if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
-    serve(ring, doors, plant.get(), master.get(), levels.get(), script, control, endMs,
-          withParent ? parent : 0);
+    stop.listen(withParent);
+    serve(ring, doors, plant.get(), master.get(), levels.get(), script, control, endMs, stop);
     return 0;
   });
 }

@@ -1,38 +1,33 @@
 package flyframe.e2e
 
-import java.io.{BufferedReader, InputStreamReader}
 import java.net.URI
 import java.net.http.{HttpClient, HttpRequest, HttpResponse}
-import java.nio.file.{Files, Path}
+import java.nio.file.Path
 import java.util.concurrent.TimeUnit
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.util.Using
 import flyframe.Tier
 import flyframe.ring.RingProcess
 import flyframe.server.ServerBench.eventually
 
-/** `make demo-ring`, but for the building: the program that it calls, driven as somebody at the terminal
-  * does.
-  */
+/** `make demo-ring`, see [[DemoProcess]]. */
 class RingDemoSpec extends AnyFlatSpec {
-  private val nodes  = if (Tier.isSoak) 12 else 4
-  private val folder = Path.of("build", "demo-ring")
+  private val nodes = if (Tier.isSoak) 12 else 4
+  private def demo() = new DemoProcess(
+    "ring.py",
+    Path.of("build", "demo-ring"),
+    Path.of(RingProcess.program).toAbsolutePath.toString,
+    "--nodes",
+    s"$nodes"
+  )
 
   /** Real time until a break is shown, ms: with two processors for the demonstration alone. */
   private val patience = if (Tier.isSoak) 10000 else 120000
 
-  "The demonstration of the ring" should "show a break where it is, and that nothing is lost" in {
-    Files.createDirectories(folder)
-    Files.writeString(folder.resolve("classpath"), sys.props("java.class.path"))
-    val arguments = Seq("--http-port", "0", "--nodes", s"$nodes", "--simulator", RingProcess.program)
-    val process = new ProcessBuilder(("python3" +: "demo/ring.py" +: arguments): _*)
-      .redirectError(ProcessBuilder.Redirect.INHERIT)
-      .start()
-    try {
-      val out = new BufferedReader(new InputStreamReader(process.getInputStream))
-      val in  = process.outputWriter()
-      val greeting =
-        Iterator.continually(out.readLine()).takeWhile(_ != null).takeWhile(!_.contains("Try: cut")).toSeq
-      val page = greeting.collectFirst { case s"page: $address" => address }.get
+  "The demonstration of the ring" should "show a break where it is, and that nothing is lost" in
+    Using.resource(demo()) { demo =>
+      val greeting = demo.greeting
+      val page     = greeting.collectFirst { case s"page: $address" => address }.get
       for (door <- Seq("slcan on", "socketcand on", "cannelloni 2 on", "ring.pcap", "plant.pcap"))
         assert(greeting.exists(_.contains(door)), greeting.mkString("\n"))
       val client = HttpClient.newHttpClient
@@ -40,26 +35,22 @@ class RingDemoSpec extends AnyFlatSpec {
         .send(HttpRequest.newBuilder(URI.create(page + path)).build, HttpResponse.BodyHandlers.ofString)
         .body
       def rings = ujson.read(get("api/state"))("rings").arr
-      def type0(line: String): Unit = {
-        in.write(s"$line\n")
-        in.flush()
-      }
       // The last node has CAN programs in the place of its host.
       eventually("the ring is whole", 240000)(
         rings.exists(r => r("whole").bool && r("present").num == nodes - 1)
       )
-      type0("cut 2")
+      demo.write("cut 2")
       eventually("the break is shown", patience) {
         rings.head("ends").arrOpt.exists(_.map(_.num.toInt) == Seq(2, 3))
       }
-      type0("send 2 hello out there")
+      demo.write("send 2 hello out there")
       eventually("the message is in the log", 240000)(get("log.csv").contains("“hello out there”"))
-      type0("quit")
-      assert(process.waitFor(60, TimeUnit.SECONDS) && process.exitValue == 0)
-    } finally {
-      // It ends its own programs.
-      process.destroy()
-      process.waitFor(60, TimeUnit.SECONDS)
+      demo.write("quit")
+      assert(demo.process.waitFor(60, TimeUnit.SECONDS) && demo.process.exitValue == 0)
     }
-  }
+
+  it should "take its programs with it, however it ends" in
+    DemoProcess.signals.foreach { case (signal, code) =>
+      Using.resource(demo())(_.endsBy(signal, code))
+    }
 }
