@@ -61,11 +61,11 @@ def greet(page):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="The smoke-alarm system at work.")
-    parser.add_argument(
-        "--http-port", type=int, default=8080, help="port of the page (8080; another one if it is taken)"
-    )
-    parser.add_argument("--slaves", type=int, default=5, help="slaves on the line (5)")
+    parser = parts.Arguments(description="The smoke-alarm system at work.")
+    parser.add_argument("--http-port", type=parts.number(0, 65535), default=8080, metavar="PORT",
+                        help="port of the page (8080; another one if it is taken)")  # fmt: skip
+    parser.add_argument("--slaves", type=parts.number(1, 64), default=5, metavar="N",
+                        help="slaves on the line, 1 to 64 (5)")  # fmt: skip
     parser.add_argument("--simulator", default=SIMULATOR, help=argparse.SUPPRESS)  # of tests
     options = parser.parse_args()
     control = FOLDER / "control.sock"

@@ -1,7 +1,9 @@
 """What demonstrations have in common: their programs, the panel at the terminal, a key."""
+import argparse
 import json
 import os
 import pathlib
+import re
 import secrets
 import select
 import signal
@@ -11,6 +13,24 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+class Arguments(argparse.ArgumentParser):
+    """Says in one sentence what is wrong."""
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def number(first, last):
+    """The type of an argument: a whole number in these bounds."""
+
+    def read(text):
+        if not re.fullmatch("[0-9]{1,9}", text) or not first <= int(text) <= last:
+            raise argparse.ArgumentTypeError(f"'{text}' is no whole number from {first} to {last}")
+        return int(text)
+
+    return read
 
 
 def make_key(path):
@@ -99,8 +119,12 @@ class Panel:
         return self.answers.readline().rstrip("\n")
 
     def take(self, line):
-        """One line of the user; False: quit."""
-        words = line.split()
+        """One line of the user, in bytes; False: quit."""
+        try:
+            words = line.decode().split()
+        except UnicodeDecodeError:
+            print("That is no text in UTF-8; 'help' lists what the panel can do.")
+            return True
         if not words:
             return True
         if words[0] in ("quit", "exit", "q"):
@@ -122,6 +146,7 @@ def serve(panel, children):
     open_input = sys.stdin is not None
     prompt = "> " if open_input and sys.stdin.isatty() else ""
     print(prompt, end="", flush=True)
+    unread = b""
     while True:
         ended = children.ended()
         if ended:
@@ -131,12 +156,12 @@ def serve(panel, children):
             continue
         if not select.select([sys.stdin], [], [], 0.5)[0]:
             continue
-        line = sys.stdin.readline()
-        if not line:
-            open_input = False  # no panel then: the system just runs
-        elif not panel.take(line):
-            return
-        else:
+        more = os.read(sys.stdin.fileno(), 4096)
+        open_input = bool(more)  # else there is no panel any more: the system just runs
+        *lines, unread = (unread + (more or b"\n")).split(b"\n")
+        for line in lines:
+            if not panel.take(line):
+                return
             print(prompt, end="", flush=True)
 
 

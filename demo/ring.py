@@ -58,11 +58,10 @@ def show(status):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="The fibre ring at work.")
-    parser.add_argument(
-        "--http-port", type=int, default=8080, help="port of the page (8080; another one if it is taken)"
-    )
-    parser.add_argument("--nodes", type=int, default=12, choices=range(3, 33), metavar="N",
+    parser = parts.Arguments(description="The fibre ring at work.")
+    parser.add_argument("--http-port", type=parts.number(0, 65535), default=8080, metavar="PORT",
+                        help="port of the page (8080; another one if it is taken)")  # fmt: skip
+    parser.add_argument("--nodes", type=parts.number(3, 32), default=12, metavar="N",
                         help="nodes, 3 to 32 (12)")  # fmt: skip
     parser.add_argument("--simulator", default=SIMULATOR, help=argparse.SUPPRESS)  # of tests
     options = parser.parse_args()

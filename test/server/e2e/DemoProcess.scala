@@ -35,10 +35,14 @@ final class DemoProcess(program: String, folder: Path, simulator: String, option
   val greeting: Seq[String] =
     Iterator.continually(out.readLine()).takeWhile(_ != null).takeWhile(!_.contains("times slower")).toSeq
 
-  def write(line: String): Unit = {
-    in.write(s"$line\n".getBytes(UTF_8))
+  def write(line: String): Unit = write(s"$line\n".getBytes(UTF_8))
+  def write(bytes: Array[Byte]): Unit = {
+    in.write(bytes)
     in.flush()
   }
+
+  /** All else that it says. */
+  def rest(): String = Iterator.continually(out.readLine()).takeWhile(_ != null).mkString("\n")
 
   /** One that has ended may still wait for whoever has its exit code. */
   private def runs(pid: Long) =
@@ -67,4 +71,11 @@ object DemoProcess {
 
   /** Signals that end a demonstration, and its exit code then. */
   val signals: Seq[(String, Int)] = Seq("HUP" -> 0, "TERM" -> 0, "INT" -> 0, "KILL" -> 137)
+
+  /** It says in one sentence what is wrong, and ends. */
+  def refuses(program: String, option: String, values: String*): Unit = for (value <- values) {
+    var said = Vector.empty[String]
+    val code = Seq("python3", s"demo/$program", option, value).!(ProcessLogger(line => said :+= line))
+    assert(code == 2 && said.size == 1 && said.head.contains(option), s"$option $value: $code, $said")
+  }
 }
