@@ -43,7 +43,8 @@ final case class RingOrder(
 
 /** The messages to one ring (GW-06): they leave one after the other, each again and again until its gateway
   * has taken it; results come in any order. One message to a node at a time is under way, so that a node that
-  * is busy stops no others. Each ends once, in whatever way. Not for several threads.
+  * is busy stops no others, and an urgent one beside it. Each ends once, in whatever way. Not for several
+  * threads.
   *
   * @param timeoutMs
   *   so long a message waits until it leaves, and then for its result
@@ -76,7 +77,9 @@ final class RingOrders(timeoutMs: Int) {
       now: Instant
   ): Either[String, RingOrder] = {
     val waiting = orders.filter(_.outcome.isEmpty)
-    if (waiting.size >= MostWaiting || waiting.count(_.destination == destination) >= MostOfNode)
+    val most    = if (urgent) MostWaiting else MostWaiting - UrgentPlaces
+    val alike   = waiting.count(o => o.destination == destination && o.urgent == urgent)
+    if (waiting.size >= most || alike >= MostOfNode)
       Left("Too many messages are waiting.")
     else {
       counted += 1
@@ -102,8 +105,11 @@ final class RingOrders(timeoutMs: Int) {
     for (o <- orders if o.mayBeTaken && o.counter.exists(_ <= taken))
       update(o.id)(_.copy(taken = true, sinceMs = nowMs))
     val underWay = orders.filter(o => o.taken && o.outcome.isEmpty)
+    // An urgent one waits for no normal one, a normal one for both.
+    def isHeldBy(o: RingOrder)(other: RingOrder) =
+      other.destination == o.destination && (other.urgent || !o.urgent)
     val mayLeave = orders.filter(o =>
-      o.outcome.isEmpty && o.counter.isEmpty && !underWay.exists(_.destination == o.destination) &&
+      o.outcome.isEmpty && o.counter.isEmpty && !underWay.exists(isHeldBy(o)) &&
         (if (o.urgent) underWay.size < GatewayPlaces else !isBusy && underWay.size < GatewayPlaces - 1)
     )
     orders
@@ -159,8 +165,11 @@ final class RingOrders(timeoutMs: Int) {
 
 object RingOrders {
   private val MostWaiting = 16
-  private val MostOfNode  = 4
+  private val MostOfNode  = 4 // urgent ones; and as many others
   private val MostShown   = 24
+
+  /** Of those that wait at a time, places that only urgent ones take. */
+  private val UrgentPlaces = 4
 
   /** Messages that a gateway has under way at once (`RING_SERVER_ORDERS` of its program): one of these places
     * is left to an urgent one.

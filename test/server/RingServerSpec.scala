@@ -398,6 +398,25 @@ class RingServerSpec extends AnyFlatSpec {
     assert(next(5).contains((6, 4)) && next(6).isEmpty)
   }
 
+  it should "wait for no normal one, also to the same destination, and have places of their own" in {
+    val o                               = new RingOrders(1000)
+    def add(node: Int, urgent: Boolean) = o.add(node, urgent, Vector(1), 0, Instant.EPOCH).isRight
+    def next(taken: Long)               = o.next(taken, isBusy = false, 0).map(m => (m.counter.get, m.urgent))
+    for (_ <- 1 to 4) assert(add(0, urgent = false))
+    assert(!add(0, urgent = false))
+    assert(next(0).contains((1, false)) && next(1).isEmpty) // a node is busy
+    for (_ <- 1 to 4) assert(add(0, urgent = true))
+    assert(!add(0, urgent = true))
+    assert(next(1).contains((2, true)) && next(2).isEmpty) // of urgent ones, too, one at a time
+    o.told(2, RingResult.Delivered)
+    assert(next(2).contains((3, true)))
+    o.told(1, RingResult.Delivered)
+    assert(next(3).isEmpty) // a normal one waits for both
+    // Six wait: three of each. Twelve of sixteen places are for all.
+    assert((2 to 20).count(add(_, urgent = false)) == 6)
+    assert((2 to 20).count(add(_, urgent = true)) == 4)
+  }
+
   it should "find that place also when the server has restarted, and knows of none of the three" in
     withServer() { server =>
       val page = new PageClient(server)
