@@ -38,10 +38,10 @@ object RingNode {
   def apply(data: Seq[Byte]): Option[RingNode] = {
     def byte(i: Int) = data(i) & 0xff
     data.headOption.collect {
-      case 0 => RingNode(present = false)
-      case 1 if data.size >= 11 =>
+      // As the log keeps it: with what was told of it before.
+      case there @ (0 | 1) if data.size >= 11 =>
         RingNode(
-          present = true,
+          present = there == 1,
           byte(1),
           byte(2),
           byte(3),
@@ -50,6 +50,7 @@ object RingNode {
           byte(8),
           (byte(9), byte(10))
         )
+      case 0 => RingNode(present = false)
     }
   }
 }
@@ -60,6 +61,8 @@ object RingNode {
   *   of its gateway
   * @param nodes
   *   by address, also those that are lost, and the gateway itself
+  * @param order
+  *   their addresses, from the gateway's port 2 on, as the ring lies
   * @param ends
   *   addresses at both sides of a break, 0: not known; None: none is known
   * @param isTold
@@ -76,6 +79,7 @@ final case class Ring(
     life: Option[Life] = None,
     status: Int = 0,
     nodes: Map[Int, RingNode] = Map.empty,
+    order: Seq[Int] = Nil,
     ends: Option[(Int, Int)] = None,
     isTold: Boolean = false,
     heardMs: Option[Long] = None,
@@ -107,26 +111,36 @@ final case class Ring(
     isTold = false
   )
 
+  /** With all that parts say: kind, source and data of each. */
+  def told(parts: Seq[(Int, Int, Seq[Byte])]): Ring = {
+    val all = parts.foldLeft(this) { case (r, (kind, source, data)) => r.told(kind, source, data) }
+    if (all.nodes == nodes) all else all.copy(order = all.arranged)
+  }
+
   /** With all that a report says. */
   def after(report: RingReport): Ring =
-    report.parts.foldLeft(copy(status = report.status))((r, p) => r.told(p.kind, p.source, p.data))
+    copy(status = report.status).told(report.parts.map(p => (p.kind, p.source, p.data)))
 
-  /** The addresses in the order of the ring, from the gateway's port 2 on (FR-60): by the distance there;
-    * then those that are heard at port 1 only, the farthest first; then those of which no distance is known.
-    * Lost nodes stand at the break.
+  /** By the distance at port 2 (FR-60); then those that are heard at port 1 only, the farthest first; then
+    * those of which no distance is known. A lost node, or one that is not heard yet, stays behind the one
+    * behind which it stood: the distances of others may have changed since. Of one that was lost before the
+    * start of the server those say where it was that it had last.
     */
-  def order: Seq[Int] = {
-    val all = nodes.toSeq.collect { case (address, n) if n.present => address -> n.distances }
-    def place(address: Int, distances: (Int, Int)) = distances match {
+  private def arranged: Seq[Int] = {
+    def place(address: Int) = nodes(address).distances match {
       case _ if address == Ring.Gateway => (0, 0)
       case (_, d) if d > 0              => (1, d)
       case (d, _) if d > 0              => (2, -d)
       case _                            => (3, 0)
     }
-    val here            = all.sortBy { case (a, d) => (place(a, d), a) }.map(_._1)
-    val lost            = nodes.collect { case (address, n) if !n.present => address }.toSeq.sorted
-    val (before, after) = here.splitAt(here.indexOf(ends.fold(0)(_._1)) + 1)
-    if (before.isEmpty) here ++ lost else before ++ lost ++ after
+    val stay  = order.filter(a => !nodes(a).present || nodes(a).isOld)
+    val moved = nodes.keys.toSeq.filterNot(stay.contains)
+    // A node that was taken out may have had the distance of the next one.
+    val here = moved.sortBy(a => (place(a), nodes(a).present, order.indexOf(a), a))
+    stay.foldLeft(here) { (all, a) =>
+      val at = order.takeWhile(_ != a).lastOption.fold(0)(all.indexOf(_) + 1)
+      all.patch(at, Seq(a), 0)
+    }
   }
 }
 

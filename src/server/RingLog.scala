@@ -42,9 +42,12 @@ private[server] object RingLog {
       .flatMap(record(_))
       .map { r =>
         val ring = Ring(r.life.master, Some(r.life), stored = Some(r.next), gaps = r.gaps)
-        SQL"select kind, address, data from ring_node where gateway = ${r.life.master}"
-          .as((int("kind") ~ int("address") ~ byteArray("data")).map { case k ~ a ~ d => (k, a, d) }.*)
-          .foldLeft(ring) { case (all, (kind, address, data)) => all.told(kind, address, data.toSeq) }
+        ring.told(
+          SQL"select kind, address, data from ring_node where gateway = ${r.life.master}"
+            .as((int("kind") ~ int("address") ~ byteArray("data")).map { case k ~ a ~ d =>
+              (k, a, d.toSeq)
+            }.*)
+        )
       }
 
   def messages(gateway: Int, id: Long, limit: Int)(implicit sql: Connection): Seq[(Long, Array[Byte])] =
@@ -114,7 +117,9 @@ private[server] object RingLog {
     val before =
       SQL"""select data from ring_node where gateway = ${life.master} and address = $address"""
         .as(scalar[Array[Byte]].singleOpt)
-    val data: Array[Byte] = p.data.toArray
+    // Of a lost node also where it was.
+    val rest = before.filter(_ => p.kind == RingPart.Node && p.data == Vector(0)).fold(Seq.empty[Byte])(_.toSeq.drop(1))
+    val data: Array[Byte] = (p.data ++ rest).toArray
     SQL"""insert or replace into ring_node (gateway, address, kind, data)
           values (${life.master}, $address, ${p.kind}, $data)""".executeUpdate()
     !before.exists(b => text(p.copy(data = b.toVector)) == text(p))

@@ -183,7 +183,57 @@ class RingServerSpec extends AnyFlatSpec {
       }
   }
 
-  it should "tell a ring as whole only when its gateway has" in withServer() { server =>
+  private def node(address: Int, distances: (Int, Int)) =
+    Part(RingPart.Node, address, hello(0x44, distances).map(_.toByte).toVector)
+  private def lost(address: Int) = Part(RingPart.Node, address, Vector(0))
+
+  /** Nodes that lie in this order in a ring that is whole. */
+  private def inRing(addresses: Int*) =
+    addresses.zipWithIndex.map { case (a, i) => node(a, if (i == 0) (0, 0) else (addresses.size - i, i)) }
+
+  "GW-07: a lost node" should "stand where it was, whatever becomes of the fibres" in {
+    def report(parts: Part*) = RingReport(Life(7, 1), 9, 1, 0, parts = parts.toVector)
+    val all                  = Seq(1, 6, 3, 5, 2, 4)
+    val whole                = Ring(7).after(report(inRing(all: _*): _*))
+    val without              = report(inRing(1, 6, 2, 4): _*)
+    assert(whole.order == all)
+    // Its host is dead, its controller relays: the others are as far away as before.
+    assert(whole.after(report(lost(5))).order == all)
+    // It was taken out with its neighbour, and the fibres joined. Then another one is lost, and is back.
+    val less = whole.after(report(lost(3), lost(5))).after(without)
+    assert(less.order == all)
+    assert(less.after(report(lost(2))).order == all)
+    assert(less.after(report(lost(2))).after(report(node(2, (2, 2)))).order == all)
+    // The fibres were joined before it was missed.
+    assert(whole.after(report(inRing(1, 6, 3, 2, 4).filter(_.source != 3): _*)).order == all)
+    assert(whole.after(report(inRing(1, 6, 3, 2, 4).filter(_.source != 3) :+ lost(5): _*)).order == all)
+    // The ring breaks where it was: those behind it are heard at port 1 only.
+    val broken = whole.after(report(lost(5), node(2, (2, 0)), node(4, (1, 0)), Part(3, 1, Vector(3, 2))))
+    assert(broken.order == all)
+    // The gateway has restarted.
+    assert(whole.aged.after(without).order == all)
+    // A new one.
+    assert(less.after(report(inRing(1, 6, 7, 2, 4): _*)).order == Seq(1, 6, 3, 5, 7, 2, 4))
+  }
+
+  it should "stand there after a restart of the server, too, though nobody tells of it" in Directory {
+    directory =>
+      val given                         = options(directory)
+      def order(server: Server.Running) = ring(server)("nodes").arr.map(_("address").num.toInt).toSeq
+      for (life <- 1 to 2) Using.resource(start(given)) { server =>
+        Using.resource(new ModelGateway(Life(7, life.toLong), server.udpPort)) { g =>
+          if (life == 1) {
+            g.happen(inRing(1, 4, 3, 2): _*)
+            g.settle()
+            g.happen(lost(3) +: inRing(1, 4, 2): _*)
+          }
+          g.settle()
+          assert(order(server) == Seq(1, 4, 3, 2))
+        }
+      }
+  }
+
+  "GW-07: the page" should "tell a ring as whole only when its gateway has" in withServer() { server =>
     def shown   = (ring(server)("whole").bool, ring(server)("broken").bool, ring(server)("text").str)
     val unknown = (false, false, "not known yet whether the ring is whole")
     Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>

@@ -151,8 +151,9 @@ function svg(name, attributes, ...children) {
   return element;
 }
 
-/** The fibre behind a node: it is whole if both of its ports are up. */
-const isCut = (node, next) => node.state === "lost" || next.state === "lost" || !node.up[1] || !next.up[0];
+/** The fibre behind a node, by the ports of those that are there: a lost node says nothing of it. */
+const isCut = (node, next) =>
+  node.state !== "lost" && !node.up[1] || next.state !== "lost" && !next.up[0];
 
 function drawPicture(picture, r, width) {
   const n = r.nodes.length, narrow = width < 560;
@@ -165,7 +166,7 @@ function drawPicture(picture, r, width) {
     return [width / 2 + (rx + out) * Math.cos(angle), height / 2 + (ry + out) * Math.sin(angle)];
   };
   const fibres = n < 2 ? [] : r.nodes.flatMap((node, i) => {
-    const cut = isCut(node, r.nodes[(i + 1) % n]);
+    const cut = !r.whole && isCut(node, r.nodes[(i + 1) % n]);
     const [[x1, y1], [x2, y2], [x, y]] = [at(i), at(i + 1), at(i + .5)];
     const line = svg("line", { x1, y1, x2, y2, class: cut ? "fibre is-cut" : "fibre" });
     return cut ? [line, svg("text", { x, y, class: "cut-mark" }, "✂")] : [line];
