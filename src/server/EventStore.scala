@@ -119,6 +119,7 @@ final class EventStore private (path: Path, writer: Connection, reader: Connecti
     for (e <- entries; text <- e.note) {
       val id = insert(e).id
       SQL"insert into note (event, text) values ($id, $text)".executeUpdate()
+      if (e.event.kind == LogEntry.RingNode) RingLog.lost(e.life.master, e.event.node)
     }
   }
 

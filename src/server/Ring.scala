@@ -67,6 +67,8 @@ object RingNode {
   *   addresses at both sides of a break, 0: not known; None: none is known
   * @param isTold
   *   the gateway has told of a break, or that there is none, since its start and the server's
+  * @param sinceMs
+  *   since when it has told so, and has not been silent, monotonic
   * @param heardMs
   *   when its last report came, monotonic; None: none since the start of the server
   * @param stored
@@ -82,6 +84,7 @@ final case class Ring(
     order: Seq[Int] = Nil,
     ends: Option[(Int, Int)] = None,
     isTold: Boolean = false,
+    sinceMs: Long = 0,
     heardMs: Option[Long] = None,
     heard: Option[Instant] = None,
     stored: Option[Long] = None,
@@ -90,6 +93,12 @@ final case class Ring(
 
   /** Its gateway takes urgent messages only: it has one place left. */
   def isBusy: Boolean = (status & RingStatus.Busy) != 0
+
+  /** Nodes of which the gateway has not told again are lost. */
+  def heardOut: Ring = copy(nodes = nodes.map {
+    case (address, n) if n.isOld => address -> n.copy(present = false, isOld = false)
+    case other                   => other
+  })
 
   /** With what a part says of nodes and ring. */
   def told(kind: Int, source: Int, data: Seq[Byte]): Ring = kind match {

@@ -10,6 +10,7 @@ import flyframe.protocol.{RingFlag, RingPart}
   * the numbers; of nodes and ring only what has changed.
   */
 private[server] object RingLog {
+  private val Lost = Vector[Byte](0)
 
   def prepare()(implicit sql: Connection): Unit = {
     SQL"""create table if not exists ring_life (
@@ -114,15 +115,31 @@ private[server] object RingLog {
 
   /** Something else than what was told last: for the page, or only its distances and counters of lives. */
   private def isNews(life: Life, p: Part, address: Int)(implicit sql: Connection): Boolean = {
+    val before = keep(life.master, address, p.kind, p.data)
+    !before.exists(b => text(p.copy(data = b)) == text(p))
+  }
+
+  /** A node is lost, as the server itself has found out. */
+  def lost(gateway: Int, address: Int)(implicit sql: Connection): Unit = {
+    keep(gateway, address, RingPart.Node, Lost)
+    ()
+  }
+
+  /** Keeps what was told last of a node, or of the ring; what it was before. Of a lost node the rest stays:
+    * it says where it was.
+    */
+  private def keep(gateway: Int, address: Int, kind: Int, data: Vector[Byte])(implicit
+      sql: Connection
+  ): Option[Vector[Byte]] = {
     val before =
-      SQL"""select data from ring_node where gateway = ${life.master} and address = $address"""
+      SQL"select data from ring_node where gateway = $gateway and address = $address"
         .as(scalar[Array[Byte]].singleOpt)
-    // Of a lost node also where it was.
-    val rest = before.filter(_ => p.kind == RingPart.Node && p.data == Vector(0)).fold(Seq.empty[Byte])(_.toSeq.drop(1))
-    val data: Array[Byte] = (p.data ++ rest).toArray
+        .map(_.toVector)
+    val isLost            = kind == RingPart.Node && data == Lost
+    val kept: Array[Byte] = (data ++ before.filter(_ => isLost).fold(Vector.empty[Byte])(_.drop(1))).toArray
     SQL"""insert or replace into ring_node (gateway, address, kind, data)
-          values (${life.master}, $address, ${p.kind}, $data)""".executeUpdate()
-    !before.exists(b => text(p.copy(data = b.toVector)) == text(p))
+          values ($gateway, $address, $kind, $kept)""".executeUpdate()
+    before
   }
 
   /** A piece of a message, which is an entry when it is whole (GW-07). */

@@ -26,6 +26,9 @@ final class Rings(
   private val taken  = mutable.Map.empty[Int, Long]
   private val silent = mutable.Set.empty[Int]
 
+  // Nodes that were not told again, by their rings.
+  private var lost = Vector.empty[(Int, Int)]
+
   // Rings that are not shown, to make room for others. Their gateways do not tell anew what they have told.
   private val away = mutable.Map.empty[Int, Ring]
 
@@ -59,13 +62,23 @@ final class Rings(
         ordersOf(id).abandon()
         before.getOrElse(Ring(id)).aged.copy(life = Some(report.life), stored = None, gaps = Vector.empty)
     }
-    silent -= id
+    val since = if (silent.remove(id) || !held.isTold) clockMs() else held.sinceMs
     from(id) = sender
     taken(id) = report.taken
-    rings(id) = held.after(report).copy(heardMs = Some(clockMs()), heard = Some(timeOfDay()))
+    rings(id) = held.after(report).copy(sinceMs = since, heardMs = Some(clockMs()), heard = Some(timeOfDay()))
+    hearOut(rings(id), report)
     for (p <- report.parts if p.kind == RingPart.Result && p.data.size == 5)
       ordersOf(id).told(RingText.number(p.data), p.data(4) & 0xff)
   }
+
+  /** When a report says that nothing waits at the gateway, long behind what it has told of the ring, it has
+    * told of all nodes that there are.
+    */
+  private def hearOut(r: Ring, report: RingReport): Unit =
+    if (r.isTold && report.parts.isEmpty && clockMs() - r.sinceMs >= HeardOutMs) {
+      lost ++= r.nodes.collect { case (address, n) if n.isOld => r.id -> address }
+      rings(r.id) = r.heardOut
+    }
 
   private def makeRoom(r: Ring): Unit = {
     away(r.id) = r
@@ -106,6 +119,15 @@ final class Rings(
     */
   def takeEnded(): Seq[(Int, RingOrder)] = orders.toSeq.flatMap { case (id, o) => o.takeEnded().map(id -> _) }
 
+  /** Nodes that have become lost since this was asked last, without their gateways telling so, with the IDs
+    * of these.
+    */
+  def takeLost(): Seq[(Int, Int)] = {
+    val all = lost
+    lost = Vector.empty
+    all
+  }
+
   def picture(isUnproven: Int => Boolean): Vector[RingPicture] =
     rings.values.toVector
       .sortBy(_.id)
@@ -123,4 +145,7 @@ object Rings {
 
   /** Gateways at a time. */
   val MostRings = 8
+
+  /** Three HELLO of the slowest ring take 75 s (TB-28), ms. */
+  val HeardOutMs = 90000
 }

@@ -152,6 +152,12 @@ final class Supervisor(
 
   private def takeRing(report: RingReport, from: InetSocketAddress): Unit = {
     rings.take(report, from)
+    for ((id, address) <- rings.takeLost())
+      note(
+        id,
+        Event(LogEntry.RingNode, node = address, state = 1),
+        s"node $address: lost, not heard since the start of its gateway"
+      )
     log(report, from, rings.get(report.life).flatMap(_.stored))
     sendToRings()
   }

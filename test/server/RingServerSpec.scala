@@ -233,6 +233,35 @@ class RingServerSpec extends AnyFlatSpec {
       }
   }
 
+  "GW-07: a node that dies while the gateway is down" should "be lost when it could have been told" in {
+    var now   = 0L
+    val rings = new Rings(_.forall(now - _ > 1000), 1, () => now, () => Instant.EPOCH)
+    def report(life: Long, parts: Part*): Unit =
+      rings.take(RingReport(Life(7, life), 9, 1, 0, parts = parts.toVector), new InetSocketAddress(0))
+    def isLost = !rings.picture(_ => false).head.ring.nodes(3).present
+    def pass(ms: Int, parts: Part*): Boolean = {
+      for (_ <- 1 to ms / 500) {
+        now += 500
+        report(2, parts: _*)
+      }
+      isLost
+    }
+    for (state <- Seq(Part(RingPart.Ring, 1, Vector(2, 4)), Part(RingPart.Ring, 1, Vector(0, 0)))) {
+      report(1, inRing(1, 2, 3, 4) :+ state: _*)
+      assert(!isLost)
+      report(2, inRing(1, 2, 4): _*)
+      assert(!pass(200000), "it is not known whether the ring is whole")
+      report(2, state)
+      assert(!pass(75000), "so long HELLO may take on the slowest ring")
+      now += 50000
+      rings.tick()
+      assert(!pass(75000), "the gateway was silent")
+      assert(!pass(75000, node(2, (3, 1))), "it may have more to tell")
+      assert(rings.takeLost().isEmpty && pass(500) && rings.takeLost() == Seq(7 -> 3))
+      assert(pass(200000) && rings.takeLost().isEmpty)
+    }
+  }
+
   "GW-07: the page" should "tell a ring as whole only when its gateway has" in withServer() { server =>
     def shown   = (ring(server)("whole").bool, ring(server)("broken").bool, ring(server)("text").str)
     val unknown = (false, false, "not known yet whether the ring is whole")

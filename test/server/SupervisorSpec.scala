@@ -14,6 +14,7 @@ import flyframe.protocol.{
   EventKind,
   MasterStatus,
   Order,
+  RingPart,
   ServerDatagram,
   SlaveStatus
 }
@@ -809,4 +810,47 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(after.numbers(one) == Seq(5) && after.answer.number == 6)
     } finally after.close()
   }
+
+  "GW-07: a node that is lost while the gateway is down" should "be so in the log once, whatever restarts" in
+    Directory { d =>
+      def node(address: Int) =
+        Part(RingPart.Node, address, Vector[Byte](1, 9, 0, 0x44, 0, 0, 0, 7, 2, 1, address.toByte))
+      val whole = Part(RingPart.Ring, 1, Vector(0, 0))
+
+      /** Servers of these lives, each with gateways of these, which tell of nodes but node 3. */
+      def run(server: Long, lives: Long*)(check: Bench => Unit): Unit = {
+        val b = new Bench(d.resolve("log.db"), server = server)
+        def give(life: Life, first: Long, parts: Part*): Unit = b.give(
+          RingProtocol.encode(RingReport(life, server, b.counter(life), first, parts = parts.toVector), key)
+        )
+        try {
+          for (number <- lives) {
+            val life  = Life(7, number)
+            val parts = Seq(node(1), node(2), node(4)) ++ Option.when(number == 1)(node(3)) :+ whole
+            give(life, 0, parts: _*)
+            for (_ <- 1 to 100) {
+              b.clock += 1000
+              give(life, parts.size.toLong)
+            }
+            b.supervisor.tick()
+          }
+          check(b)
+        } finally b.close()
+      }
+      def text(b: Bench) = b.supervisor.picture.rings.head
+        .json("nodes")
+        .arr
+        .find(_("address").num == 3)
+        .get("text")
+        .str
+      def told(b: Bench) = b.store.latest(1000).map(_.text).filter(_.startsWith("node 3: "))
+      val lost           = "node 3: lost, not heard since the start of its gateway"
+      run(Server, 1)(b => assert(text(b) == "normal"))
+      run(Server + 1, 2, 3) { b =>
+        assert(text(b) == "lost" && told(b) == Seq("node 3: all well", lost))
+        assert(b.store.latest(1).last.event.node == 3)
+      }
+      run(Server + 2)(b => assert(text(b) == "lost"))
+      run(Server + 3, 4)(b => assert(text(b) == "lost" && told(b).last == lost && told(b).size == 2))
+    }
 }
