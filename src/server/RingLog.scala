@@ -12,6 +12,11 @@ import flyframe.protocol.{RingFlag, RingPart}
 private[server] object RingLog {
   private val Lost = Vector[Byte](0)
 
+  /** A sender that hears nothing goes on for 150 s at most (TB-26), ms; the rest is for a gateway and a
+    * server that start.
+    */
+  private val MostRepeatMs = 600000
+
   def prepare()(implicit sql: Connection): Unit = {
     SQL"""create table if not exists ring_life (
             id integer primary key, gateway integer not null, life integer not null, next integer not null,
@@ -95,7 +100,7 @@ private[server] object RingLog {
       made
     }
     p.kind match {
-      case RingPart.Message => message(life, p)(entry)
+      case RingPart.Message => message(life, p, received)(entry)
       case RingPart.Node =>
         val isWell = RingNode(p.data).exists(n => n.present && RingText.node(n).forall(_ == "guard"))
         Option.when(isNews(life, p, p.source))(
@@ -143,7 +148,7 @@ private[server] object RingLog {
   }
 
   /** A piece of a message, which is an entry when it is whole (GW-07). */
-  private def message(life: Life, p: Part)(
+  private def message(life: Life, p: Part, received: Instant)(
       entry: (Event, String, Boolean) => LogEntry
   )(implicit sql: Connection): Option[LogEntry] = {
     val before =
@@ -155,7 +160,7 @@ private[server] object RingLog {
           .filter(_.length == p.offset)
     val whole = before.getOrElse(Array.empty[Byte]) ++ p.data
     if (p.isLast) {
-      val again = p.isRepeat && isKnown(life, p, whole)
+      val again = p.isRepeat && isKnown(life, p, whole, received)
       val made = entry(
         Event(LogEntry.RingMessage, p.pipe, p.source, p.number, p.flags & RingFlag.Urgent, p.lifeByte),
         RingText.part(p, whole.toSeq, isCut = before.isEmpty),
@@ -173,14 +178,22 @@ private[server] object RingLog {
     }
   }
 
-  /** The log has it as the last one of its pipe: its number comes again only when others have come between.
+  /** The log has it as the last one of its pipe: its number comes again only when others have come between,
+    * or when a sender has forgotten its numbers, as another board has.
     */
-  private def isKnown(life: Life, p: Part, whole: Array[Byte])(implicit sql: Connection): Boolean =
-    SQL"""select sequence, epoch, data from event join ring_message on ring_message.event = event.id
+  private def isKnown(life: Life, p: Part, whole: Array[Byte], received: Instant)(implicit
+      sql: Connection
+  ): Boolean =
+    SQL"""select received, sequence, epoch, data from event join ring_message on ring_message.event = event.id
           where kind = #${LogEntry.RingMessage} and master = ${life.master} and node = ${p.source}
             and position = ${p.pipe} and (epoch & 128) = ${p.lifeByte & 0x80} order by id desc limit 1"""
-      .as((int("sequence") ~ int("epoch") ~ byteArray("data")).map { case s ~ e ~ d => (s, e, d) }.singleOpt)
-      .exists { case (number, lifeByte, data) =>
-        number == p.number && lifeByte == p.lifeByte && data.sameElements(whole)
+      .as(
+        (long("received") ~ int("sequence") ~ int("epoch") ~ byteArray("data")).map { case r ~ s ~ e ~ d =>
+          (r, s, e, d)
+        }.singleOpt
+      )
+      .exists { case (at, number, lifeByte, data) =>
+        number == p.number && lifeByte == p.lifeByte && data.sameElements(whole) &&
+        (received.toEpochMilli - at).abs <= MostRepeatMs
       }
 }

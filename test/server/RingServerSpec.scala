@@ -5,7 +5,7 @@ import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
-import flyframe.protocol.{RingPart, RingResult, RingStatus}
+import flyframe.protocol.{RingFlag, RingPart, RingResult, RingStatus}
 
 /** The server with rings: a whole one on loopback, and gateways that the test plays. */
 class RingServerSpec extends AnyFlatSpec {
@@ -86,6 +86,24 @@ class RingServerSpec extends AnyFlatSpec {
         messages(given).map(d => new String(d.toArray)) ==
           Seq("first", "second", "first", "first", "first", "second", "third")
       )
+  }
+
+  it should "be kept though they look like a repeat if no sender goes on for so long" in Directory {
+    directory =>
+      val data = bytes("door open").toVector
+      def part = Part(RingPart.Message, 4, data, 0, 0, 5, RingFlag.Repeat, data.size)
+      Using.resource(EventStore.open(options(directory).database).fold(fail(_), identity)) { store =>
+        def isKept(life: Long, at: Instant) =
+          !store.take(RingReport(Life(7, life), 9, 1, 0, parts = Vector(part)), at)._1.head.again
+        val first = Instant.parse("2026-03-01T10:00:00Z")
+        assert(isKept(1, first))
+        assert(!isKept(2, first.plusSeconds(300)))
+        // A board that was replaced begins with the life and the message of the one before.
+        assert(isKept(3, first.plusSeconds(3600)))
+        assert(!isKept(4, first.plusSeconds(3900)))
+        // The clock was set back.
+        assert(isKept(5, first))
+      }
   }
 
   it should "be whole: a message that a restart has cut comes anew" in Directory { directory =>
