@@ -62,7 +62,9 @@ object RingText {
 
   /** Bytes as text, if they are some, else as hexadecimal digits; of a long message its beginning. */
   def data(bytes: Seq[Byte]): String = if (bytes.size > MostShown) {
-    s"${data(bytes.take(MostShown))} … (${bytes.size} bytes)"
+    // Not within a character, of which all bytes but the first begin with 10.
+    val end = (MostShown to MostShown - 3 by -1).find(i => (bytes(i) & 0xc0) != 0x80).getOrElse(MostShown)
+    s"${data(bytes.take(end))} … (${bytes.size} bytes)"
   } else {
     val decoder =
       UTF_8.newDecoder

@@ -549,6 +549,11 @@ class RingServerSpec extends AnyFlatSpec {
       assert(RingText.data(bytes(odd)).matches("[0-9a-f]+"))
     assert(RingText.data(Seq(0xc3.toByte)) == "c3")
     assert(RingText.data(Seq.fill(300)('x'.toByte)).endsWith("x” … (300 bytes)"))
+    for (c <- Seq("ü", "–", "\ud83d\udd25"); begin <- Seq("", "a", "ab", "abc")) {
+      val long = RingText.data(bytes(begin + c * 200))
+      assert(long.matches(s"“$begin($c)+” … .*"), long)
+    }
+    assert(RingText.data(Seq.fill(300)(0x81.toByte)) == "81" * 256 + " … (300 bytes)")
   }
 
   "GW-04, GWB-11: numbers of parts" should "be good up to their end, and begin anew in the next life" in
