@@ -1,15 +1,17 @@
 package flyframe.server
 
-import java.io.{BufferedWriter, OutputStreamWriter}
+import java.io.{BufferedWriter, IOException, OutputStreamWriter}
 import java.net.{BindException, InetSocketAddress}
 import java.nio.charset.StandardCharsets.UTF_8
 import java.security.{MessageDigest, SecureRandom}
 import java.util.HexFormat
+import java.util.concurrent.TimeUnit
 import scala.util.Try
 import io.undertow.{Handlers, Undertow, UndertowOptions}
 import io.undertow.server.{HttpHandler, HttpServerExchange}
 import io.undertow.server.handlers.{BlockingHandler, RequestLimitingHandler}
 import io.undertow.util.{Headers, HttpString}
+import org.xnio.{Options => XnioOptions}
 import flyframe.protocol.{Order, ServerDatagram}
 
 /** The page, its messages, the log as CSV, and orders from the page (SRV-15 to SRV-18). A page of another
@@ -44,15 +46,17 @@ final class WebServer(
       "/log.csv",
       new RequestLimitingHandler(MostDownloads, 2 * MostDownloads, new BlockingHandler(csv(_)))
     )
-    .post("/api/command", new BlockingHandler(posted(_)(command)))
-    .post("/api/ring", new BlockingHandler(posted(_)(toRing)))
+    .post("/api/command", posted(_)(command))
+    .post("/api/ring", posted(_)(toRing))
 
   private val server = Undertow.builder
     .addHttpListener(options.httpPort, options.listen.getHostAddress)
     .setServerOption[java.lang.Long](UndertowOptions.MAX_ENTITY_SIZE, MostBodyBytes.toLong)
     .setServerOption[Integer](UndertowOptions.MAX_HEADER_SIZE, 16384)
     .setServerOption[Integer](UndertowOptions.REQUEST_PARSE_TIMEOUT, 10000)
-    .setServerOption[Integer](UndertowOptions.NO_REQUEST_TIMEOUT, 60000)
+    .setServerOption[Integer](UndertowOptions.NO_REQUEST_TIMEOUT, NoRequestMs)
+    // Not for reading: pages that are told what happens send nothing any more.
+    .setSocketOption[Integer](XnioOptions.WRITE_TIMEOUT, StalledMs)
     .setHandler(guarded(routes))
     .build
 
@@ -99,7 +103,27 @@ final class WebServer(
     else if (!type0.equalsIgnoreCase("application/json"))
       refuse(exchange, 415, "Commands are application/json.")
     else if (exchange.getRequestContentLength > MostBodyBytes) refuse(exchange, 413, "That is too long.")
-    else take(exchange, new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8))
+    else receive(exchange)(take(exchange, _))
+  }
+
+  /** The body of a request, of which a client may send only a part: so no thread waits for it, and it must be
+    * there soon.
+    */
+  private def receive(exchange: HttpServerExchange)(take: String => Unit): Unit = {
+    val close: Runnable = () => exchange.getConnection.close()
+    val late            = exchange.getIoThread.executeAfter(close, BodyMs, TimeUnit.MILLISECONDS)
+    exchange.getRequestReceiver.receiveFullBytes(
+      (_: HttpServerExchange, bytes: Array[Byte]) => {
+        late.remove()
+        val whole: HttpHandler = _ => take(new String(bytes, UTF_8))
+        exchange.dispatch(whole)
+        ()
+      },
+      (_: HttpServerExchange, _: IOException) => {
+        late.remove()
+        refuse(exchange, 413, "That is too long.")
+      }
+    )
   }
 
   private def command(exchange: HttpServerExchange, body: String): Unit = order(body) match {
@@ -191,6 +215,13 @@ final class WebServer(
 object WebServer {
   private val MostBodyBytes = 4096
   private val MostDownloads = 4
+
+  /** A connection without a request is closed; one whose client takes nothing, which Undertow also finds with
+    * what it writes after a pause that is longer; one that has sent a part of a body. Milliseconds.
+    */
+  private val NoRequestMs = 20000
+  private val StalledMs   = 30000
+  private val BodyMs      = 10000L
 
   /** Orders by the names that the page has for them. */
   private val Codes = Map(

@@ -1,9 +1,12 @@
 package flyframe.server
 
 import java.io.{BufferedReader, InputStreamReader}
-import java.net.Socket
+import java.net.{InetSocketAddress, Socket}
 import java.nio.charset.StandardCharsets.UTF_8
 import java.nio.file.Files
+import java.time.Instant
+import scala.concurrent.{Await, ExecutionContext, Future}
+import scala.concurrent.duration._
 import scala.util.Using
 import org.scalatest.flatspec.AnyFlatSpec
 import ServerBench._
@@ -302,5 +305,61 @@ class WebServerSpec extends AnyFlatSpec {
     val lines = answer.body.split("\r\n").toSeq
     assert(lines.size == 2501)
     assert(lines.tail.map(_.split(",")(3).toInt) == (0 until 2500))
+  }
+
+  "SRV-27: clients that stop in the middle" should "hold up no order, no download and no page" in Directory {
+    d =>
+      val given = options(d)
+      Using.resource(EventStore.open(given.database).fold(fail(_), identity)) { store =>
+        store.note(
+          Seq.tabulate(60000)(i =>
+            LogEntry(
+              0,
+              Instant.EPOCH,
+              Life(1, 1),
+              i.toLong,
+              Event(LogEntry.ZoneOrder),
+              note = Some("x" * 200)
+            )
+          )
+        )
+      }
+      Using.resource(start(given)) { server =>
+        def begin(request: String, headers: String*)(body: String): Socket = {
+          val socket = new Socket()
+          socket.setReceiveBufferSize(4096)
+          socket.connect(new InetSocketAddress(ModelStation.loopback, server.httpPort))
+          val lines = s"$request HTTP/1.1" +: s"Host: ${host(server)}" +: headers :+ "" :+ body
+          socket.getOutputStream.write(lines.mkString("\r\n").getBytes(UTF_8))
+          socket
+        }
+        val page = new PageClient(server)
+        Using.resource(page.messages()) { feed =>
+          eventually("the page is open")(feed.lines.nonEmpty)
+          val halves = Seq.fill(100)(
+            begin(
+              "POST /api/command",
+              s"Origin: http://${host(server)}",
+              s"X-Token: ${page.token}",
+              "Content-Type: application/json",
+              "Content-Length: 100"
+            )("{")
+          )
+          val stalled = Seq.fill(4)(begin("GET /log.csv")(""))
+          try {
+            Thread.sleep(1000) // they are where they stop
+            assert(command(server, """{"master": 2, "command": "silence"}""").status == 409)
+            for (s <- halves) {
+              s.setSoTimeout(30000)
+              assert(s.getInputStream.read() == -1)
+            }
+            // As many as may be under way at once do not go on.
+            val all = Future(get(server, "log.csv").body.linesIterator.size)(ExecutionContext.global)
+            assert(Await.result(all, 90.seconds) == 60001)
+            val told = feed.lines.size
+            eventually("the page is still told", 20000)(feed.lines.size > told)
+          } finally (halves ++ stalled).foreach(_.close())
+        }
+      }
   }
 }
