@@ -156,7 +156,6 @@ final class WebServer(
       case (None, Some(hex))  => HexFormat.of.parseHex(hex.str)
       case _                  => throw new IllegalArgumentException("text or hex")
     }
-    require(data.nonEmpty && data.length <= RingProtocol.MostSendBytes, s"${data.length} bytes")
     (number("ring", 0xffff), number("node", 125), json.get("urgent").exists(_.bool), data.toVector)
   }.toOption match {
     case None =>
@@ -165,6 +164,12 @@ final class WebServer(
         400,
         """A message is {"ring": ID, "node": ADDRESS, or 0 for all, "text": TEXT or "hex": DIGITS, """ +
           s""""urgent": true or false}, of 1 to ${RingProtocol.MostSendBytes} bytes."""
+      )
+    case Some((_, _, _, data)) if data.isEmpty || data.size > RingProtocol.MostSendBytes =>
+      refuse(
+        exchange,
+        400,
+        s"The message has ${data.size} bytes, but must have 1 to ${RingProtocol.MostSendBytes}."
       )
     case Some((ring, node, urgent, data)) =>
       taken(exchange, supervisor.sendToRing(ring, node, urgent, data).map(_.id))

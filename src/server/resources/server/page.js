@@ -31,6 +31,7 @@ function listItems(list, texts) {
 
 const command = body => post("api/command", body);
 
+/** Whether the server has taken it. */
 async function post(path, body) {
   show($("#message"), "");
   try {
@@ -40,8 +41,10 @@ async function post(path, body) {
       body: JSON.stringify(body)
     });
     if (!answer.ok) show($("#message"), await answer.text());
+    return answer.ok;
   } catch {
     show($("#message"), "The command could not be sent: no connection to the server.");
+    return false;
   }
 }
 
@@ -189,14 +192,15 @@ function ringSection(id) {
   const section = $("#ring-template").content.cloneNode(true).firstElementChild;
   section.dataset.ring = id;
   set($("h2", section), "textContent", `Ring ${id}`);
-  $("form", section).addEventListener("submit", event => {
+  $("form", section).addEventListener("submit", async event => {
     event.preventDefault();
-    const text = $(".text", section);
-    post("api/ring", {
-      ring: id, node: Number($(".to", section).value), text: text.value,
+    const text = $(".text", section), sent = text.value;
+    const taken = await post("api/ring", {
+      ring: id, node: Number($(".to", section).value), text: sent,
       urgent: $(".urgent", section).checked
     });
-    text.value = "";
+    // The next one may stand there already.
+    if (taken && text.value === sent) text.value = "";
   });
   return section;
 }
