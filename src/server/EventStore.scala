@@ -8,7 +8,7 @@ import scala.util.Try
 import anorm._
 import anorm.SqlParser._
 import org.sqlite.SQLiteConfig
-import flyframe.protocol.{DetectorState, EventKind}
+import flyframe.protocol.{DetectorState, EventKind, RingFlag}
 
 /** An event in the log.
   *
@@ -34,6 +34,10 @@ final case class LogEntry(
 
   /** In words. */
   def text: String = note.getOrElse(EventText.text(event))
+
+  /** An urgent message of a node of a ring. */
+  def isUrgent: Boolean =
+    event.kind == LogEntry.RingMessage && (event.state & RingFlag.Urgent) != 0
 }
 
 object LogEntry {
@@ -201,9 +205,7 @@ final class EventStore private (path: Path, writer: Connection, reader: Connecti
   }
 
   /** The last entries, at most `limit`, in order; without those that came again. */
-  def latest(limit: Int): Seq[LogEntry] = reading { implicit sql =>
-    SQL"#$WithNotes where again = 0 order by id desc limit $limit".as(noted.*).reverse
-  }
+  def latest(limit: Int): Seq[LogEntry] = reading(EventStore.latest("true", limit)(_))
 
   def close(): Unit = {
     writeLock.synchronized(writer.close())
@@ -251,6 +253,10 @@ object EventStore {
 
   private val WithNotes = "select event.*, text from event left join note on note.event = event.id"
   private val noted     = (entry ~ str("text").?).map { case entry ~ text => entry.copy(note = text) }
+
+  /** The last entries that are so in SQL, at most `limit`, in order; without those that came again. */
+  private[server] def latest(condition: String, limit: Int)(implicit sql: Connection): Seq[LogEntry] =
+    SQL"#$WithNotes where again = 0 and #$condition order by id desc limit $limit".as(noted.*).reverse
 
   private def recordOf(life: Life)(implicit sql: Connection): Option[LifeRecord] =
     SQL"select next from life where master = ${life.master} and life = ${life.number}"

@@ -75,6 +75,8 @@ object RingNode {
   *   number of the next part that the log wants; None: the log has not said it yet
   * @param gaps
   *   first and last numbers of parts of this life that the log does not have
+  * @param urgent
+  *   the last urgent messages to the server
   */
 final case class Ring(
     id: Int,
@@ -88,8 +90,19 @@ final case class Ring(
     heardMs: Option[Long] = None,
     heard: Option[Instant] = None,
     stored: Option[Long] = None,
-    gaps: Vector[(Long, Long)] = Vector.empty
+    gaps: Vector[(Long, Long)] = Vector.empty,
+    urgent: Seq[LogEntry] = Nil
 ) {
+
+  /** With what the log has now.
+    *
+    * @param entries
+    *   that are new
+    */
+  def inLog(record: LifeRecord, entries: Seq[LogEntry]): Ring = {
+    val all = urgent ++ entries.filter(e => e.isUrgent && !e.again)
+    copy(stored = Some(record.next), gaps = record.gaps, urgent = all.takeRight(Ring.MostUrgent))
+  }
 
   /** Its gateway takes urgent messages only: it has one place left. */
   def isBusy: Boolean = (status & RingStatus.Busy) != 0
@@ -157,4 +170,7 @@ object Ring {
 
   /** Address of a gateway on its ring. */
   val Gateway = 1
+
+  /** Urgent messages that stay in sight. */
+  val MostUrgent = 5
 }

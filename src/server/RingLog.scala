@@ -10,7 +10,8 @@ import flyframe.protocol.{RingFlag, RingPart}
   * the numbers; of nodes and ring only what has changed.
   */
 private[server] object RingLog {
-  private val Lost = Vector[Byte](0)
+  private val IsUrgent = s"kind = ${LogEntry.RingMessage} and (state & ${RingFlag.Urgent}) <> 0"
+  private val Lost     = Vector[Byte](0)
 
   /** A sender that hears nothing goes on for 150 s at most (TB-26), ms; the rest is for a gateway and a
     * server that start.
@@ -33,6 +34,7 @@ private[server] object RingLog {
             unique (gateway, address))""".execute()
     SQL"""create index if not exists ring_repeat on event (master, node, position)
             where kind = #${LogEntry.RingMessage}""".execute()
+    SQL"create index if not exists ring_urgent on event (master) where #$IsUrgent".execute()
     ()
   }
 
@@ -47,7 +49,8 @@ private[server] object RingLog {
       .as((int("gateway") ~ long("life")).map { case gateway ~ life => Life(gateway, life) }.*)
       .flatMap(record(_))
       .map { r =>
-        val ring = Ring(r.life.master, Some(r.life), stored = Some(r.next), gaps = r.gaps)
+        val urgent = EventStore.latest(s"master = ${r.life.master} and $IsUrgent", Ring.MostUrgent)
+        val ring   = Ring(r.life.master, Some(r.life)).inLog(r, urgent)
         ring.told(
           SQL"select kind, address, data from ring_node where gateway = ${r.life.master}"
             .as((int("kind") ~ int("address") ~ byteArray("data")).map { case k ~ a ~ d =>

@@ -27,6 +27,7 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
       ujson.Arr(ujson.Num(a), ujson.Num(b))
     },
     "notices" -> texts(notices),
+    "urgent"  -> ujson.Arr.from(ring.urgent.map(message)),
     "nodes"   -> ujson.Arr.from(ring.order.map(a => node(a, ring.nodes(a)))),
     "orders"  -> ujson.Arr.from(orders.map(order))
   )
@@ -61,6 +62,9 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
       "version" -> n.version
     )
   }
+
+  private def message(e: LogEntry): ujson.Obj =
+    ujson.Obj("id" -> e.id.toDouble, "received" -> e.received.toString, "text" -> e.text)
 
   private def order(o: RingOrder): ujson.Obj = ujson.Obj(
     "id"   -> o.id,

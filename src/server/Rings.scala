@@ -85,9 +85,9 @@ final class Rings(
     rings -= r.id
   }
 
-  /** The log has all before this number. */
-  def stored(record: LifeRecord): Unit =
-    for (r <- get(record.life)) rings(r.id) = r.copy(stored = Some(record.next), gaps = record.gaps)
+  /** The log has all before this number, and these entries are new. */
+  def stored(record: LifeRecord, entries: Seq[LogEntry]): Unit =
+    for (r <- get(record.life)) rings(r.id) = r.inLog(record, entries)
 
   private def ordersOf(id: Int): RingOrders =
     orders.getOrElseUpdate(id, new RingOrders(orderTimeoutMs + RingOrders.GatewayMs))

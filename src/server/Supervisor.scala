@@ -233,7 +233,7 @@ final class Supervisor(
     val settled = report match {
       case r: Report => logged(store.take(r, timeOfDay())).map { case (e, next) => () => written(r, e, next) }
       case r: RingReport =>
-        logged(store.take(r, timeOfDay())).map { case (_, next) => () => rings.stored(next) }
+        logged(store.take(r, timeOfDay())).map { case (e, next) => () => rings.stored(next, e) }
     }
     synchronized {
       settled.foreach(_())

@@ -101,4 +101,58 @@ class RingOnPageSpec extends AnyFlatSpec {
         }
       }
   }
+
+  it should "keep urgent messages in sight, draw no cut where none is, and a text until it is taken" in
+    withServer() { server =>
+      Using.resource(new ModelGateway(Life(3, 1), server.udpPort)) { gateway =>
+        whole(gateway)
+        Using.resource(new Browser(server.page)) { browser =>
+          def value(of: String, property: String = "textContent") =
+            browser.script(s"return document.querySelector('$of').$property").toString
+          def title = browser.script("return document.title").toString
+          def calls = browser.texts(".ring .calls li")
+          browser.size(1280, 1000)
+          eventually("the ring is drawn")(browser.texts(".picture g text").size == Size)
+
+          // Its host is dead, its controller relays.
+          gateway.node(order(20), 0)
+          gateway.settle()
+          eventually("it is lost")(browser.texts(".nodes li") == Seq(s"node ${order(20)}: lost"))
+          assert(browser.texts(".picture g text").map(_.toInt) == order)
+          assert(browser.attributes(".picture .is-cut", "x1").isEmpty && browser.texts(".cut-mark").isEmpty)
+
+          assert(title == "flyframe fibre ring" && calls.isEmpty)
+          gateway.message(5, 0, 0, "door open".getBytes.toSeq, urgent = true)
+          gateway.settle()
+          eventually("it is announced")(value("#news").contains("node 5: “door open”"))
+          eventually("it is in the title")(title == "▲ urgent message – flyframe fibre ring")
+          for (i <- 1 to 250) gateway.message(6, i % 15, i / 15, s"normal $i".getBytes.toSeq)
+          gateway.settle()
+          eventually("the log has all")(browser.log.headOption.exists(_.contains("normal 250")))
+          assert(!browser.log.exists(_.contains("door open")))
+          assert(calls.size == 1 && calls.head.endsWith("urgent message of node 5: “door open”"))
+          browser.script("dispatchEvent(new Event('pointerdown'))")
+          assert(title == "flyframe fibre ring" && calls.size == 1)
+          browser.script("location.reload()")
+          eventually("it is there when the page is opened")(calls.size == 1)
+          assert(title == "flyframe fibre ring")
+
+          // A text of 600 characters may be too long.
+          def send(text: String): Unit = {
+            browser.script(s"document.querySelector('.ring .text').value = '$text'")
+            browser.script("document.querySelector('.ring form button').click()")
+          }
+          eventually("messages can be sent")(
+            browser.script("return !document.querySelector('.ring form button').disabled") == true
+          )
+          send("ü" * 600)
+          eventually("why it is not sent is said")(
+            value("#message") == "The message has 1200 bytes, but must have 1 to 1024."
+          )
+          assert(value(".ring .text", "value") == "ü" * 600)
+          send("all clear")
+          eventually("the field is empty")(value(".ring .text", "value").isEmpty)
+        }
+      }
+    }
 }

@@ -215,6 +215,7 @@ function drawRing(section, r) {
     ...r.life ? [`life ${r.life}`] : []
   ].join(" · "));
   listItems($(".notices", section), r.notices);
+  listItems($(".calls", section), r.urgent.map(m => `${localTime(m.received)} ${m.text}`).reverse());
   const picture = $(".picture", section);
   const width = Math.round(Math.max(300, section.clientWidth - 32 || 300));
   const shown = `${width} ${JSON.stringify([r.nodes, r.text])}`;
@@ -273,10 +274,14 @@ function fireText(state) {
 
 let before = null; // the state last shown
 let online = false;
+let isCalled = false; // by an urgent message, since somebody has touched the page
+
+const urgentOf = state => state.rings.flatMap(r => r.urgent);
 
 /** Says what has changed to those who listen. */
 function announce(state) {
   const states = s => new Map([
+    ...urgentOf(s).map(m => [`urgent ${m.id}`, m.text]),
     ...s.masters.flatMap(m => m.slaves.map((d, i) => [`${m.id}/${i}`, `${d.label}: ${d.text}`])),
     ...s.rings.map(r => [`ring ${r.id}`, `Ring ${r.id}: ${r.text}`]),
     ...s.rings.flatMap(r => r.nodes.map(d => [`${r.id}.${d.address}`, `Node ${d.address}: ${d.text}`]))
@@ -284,6 +289,7 @@ function announce(state) {
   if (before) {
     const old = states(before);
     const news = [...states(state)].filter(([key, text]) => old.get(key) !== text).map(([, text]) => text);
+    if (urgentOf(state).some(m => !old.has(`urgent ${m.id}`))) isCalled = true;
     if (news.length) set($("#news"), "textContent", news.slice(0, 8).join(", "));
   }
   before = state;
@@ -298,12 +304,14 @@ function draw(state) {
   const burning = state.masters.reduce((n, m) => n + (m.fire ? Math.max(m.fire.at.length, 1) : 0), 0);
   const what = state.rings.length && !state.masters.length ? "Fibre ring" : "Smoke alarm";
   set($("h1"), "textContent", state.rings.length && state.masters.length ? "Plant" : what);
-  document.title = (burning ? `▲ ${plural(burning, "alarm")} – ` : "") + `flyframe ${what.toLowerCase()}`;
   set($("#empty"), "hidden", state.masters.length + state.rings.length > 0);
   show($("#broken"), state.broken);
   const refused = Object.entries(state.refused).map(([name, n]) => `${name} ${n}`);
   set($("#refused"), "textContent", refused.join(", "));
   announce(state);
+  const fires = burning ? [`▲ ${plural(burning, "alarm")}`] : [];
+  const signs = isCalled ? [...fires, "▲ urgent message"] : fires;
+  document.title = [...signs, `flyframe ${what.toLowerCase()}`].join(" – ");
 }
 
 // The log, newest first
@@ -369,5 +377,9 @@ function watch() {
   watchdog = setTimeout(() => { setOnline(false); connect(); }, SILENCE_MS);
 }
 
-addEventListener("resize", () => { if (before) draw(before); });
+const drawAgain = () => { if (before) draw(before); };
+addEventListener("resize", drawAgain);
+["pointerdown", "keydown"].forEach(touch => addEventListener(touch, () => {
+  if (isCalled) { isCalled = false; drawAgain(); }
+}));
 connect();
