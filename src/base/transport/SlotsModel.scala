@@ -36,24 +36,25 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
 
   private def answers = waiting.keys.map(FrameId.of).filter(_.isAnswer)
 
-  private def isHeld(id: FrameId) = isPart(id) && heldSince.exists(clock.now < _ + p.holdUs) &&
+  /** How many times have passed: data frames are held back in the first one, go free in the second. */
+  private def timesSince(begin: Long) = (clock.now - begin) / p.holdUs
+
+  private def isHeld(id: FrameId) = isPart(id) && heldSince.exists(timesSince(_) % 2 == 0) &&
     answers.exists(a => a.urgent == id.urgent && id.word < a.word)
 
-  private def lookHold(): Unit =
-    heldSince = Option.when(answers.nonEmpty)(
-      heldSince.filter(clock.now < _ + 2 * p.holdUs).getOrElse(clock.now)
-    )
-
-  /** When data frames go free, or are held back anew. */
-  def holdDue: Long = heldSince
-    .map(since => since + (if (clock.now < since + p.holdUs) p.holdUs else 2 * p.holdUs))
-    .getOrElse(Long.MaxValue)
+  /** All has been put. When data frames go free, or are held back anew; where one answer follows another the
+    * times go on.
+    */
+  def lookHold(): Long = {
+    heldSince = heldSince.filter(_ => answers.nonEmpty)
+    heldSince.fold(Long.MaxValue)(begin => begin + (timesSince(begin) + 1) * p.holdUs)
+  }
 
   def put(frame: BusFrame): Unit = {
     waiting(frame.id) = frame
     since(frame.id) = clock.now
     fresh += frame
-    if (FrameId.of(frame.id).isAnswer) lookHold()
+    if (FrameId.of(frame.id).isAnswer) heldSince = heldSince.orElse(Some(clock.now))
   }
 
   def left(id: Int): Unit = waiting -= id
@@ -74,7 +75,6 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     val (stale, others) = ends.partition(_._2 <= clock.now)
     back ++= stale.map(_._1)
     if (stale.exists(s => FrameId.of(s._1).isHello)) onHello()
-    lookHold()
     others.map(_._2).minOption.getOrElse(Long.MaxValue)
   }
 

@@ -73,7 +73,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
       answers.queueOne(urgent = false) || station.queueOne() || sender.queueOne(urgent = false)
     while (one) {}
     sender.collect()
-    due min slots.holdDue
+    due min slots.lookHold()
   }
 
   def receive(frame: BusFrame, now: Long): Unit = {

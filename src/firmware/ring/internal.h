@@ -27,8 +27,8 @@ bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe)
 bool slot_put(struct transport *t, const struct ring_frame *frame); /* false: no room for it */
 /* Which frames have left; those that wait for too long are taken back. When the next one will have. */
 uint64_t slots_look(struct transport *t, uint64_t now_us);
-/* When data frames are held back no longer, or anew (TB-31). */
-uint64_t hold_due(const struct transport *t);
+/* Whether answers wait; when data frames are held back no longer, or anew (TB-31). */
+uint64_t slots_hold(struct transport *t);
 /* When a frame has waited for too long, in the port or for a place there (TB-27). */
 uint64_t stale_at(const struct transport *t, uint32_t id, uint64_t put_at);
 struct ring_frame control_frame(const struct transport *t, bool urgent, uint8_t destination,

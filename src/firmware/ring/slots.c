@@ -36,6 +36,9 @@ static unsigned places_for(const struct transport *t, const struct ring_id *id) 
 
 static uint32_t hold_us(const struct transport *t) { return time_or_bits(t, HOLD_US, HOLD_BITS); }
 
+/* How many of its times have passed: data frames are held back in the first one, go free in the second. */
+static uint64_t holds_since(const struct transport *t) { return (t->now_us - t->held_from) / hold_us(t); }
+
 static bool is_answer(const struct ring_id *id) {
   return !id->is_data && id->number >= RING_DONE && id->number <= RING_UNKNOWN;
 }
@@ -44,7 +47,7 @@ static bool is_answer(const struct ring_id *id) {
  * from leaving. */
 static bool is_held(const struct transport *t, uint32_t id_word, const struct ring_id *id) {
   if (!id->is_data || id->pipe == RING_PROCESS_DATA) return false;
-  if (!t->holds || t->now_us >= t->held_from + hold_us(t)) return false;
+  if (!t->holds || holds_since(t) % 2 != 0) return false;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id other = ring_id_of(t->slots[i].frame.id);
     if (is_answer(&other) && other.urgent == id->urgent && id_word < t->slots[i].frame.id) return true;
@@ -52,29 +55,27 @@ static bool is_held(const struct transport *t, uint32_t id_word, const struct ri
   return false;
 }
 
-static void look_hold(struct transport *t) {
-  bool waits = false;
-  for (uint8_t i = 0; i < t->slot_count; ++i) {
-    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
-    waits |= is_answer(&id);
-  }
-  if (waits && (!t->holds || t->now_us >= t->held_from + 2 * (uint64_t)hold_us(t))) t->held_from = t->now_us;
-  t->holds = waits;
-}
-
-uint64_t hold_due(const struct transport *t) {
-  const uint64_t end = t->held_from + hold_us(t);
-  if (!t->holds) return UINT64_MAX;
-  return t->now_us < end ? end : end + hold_us(t);
-}
-
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
   if (t->slot_count >= places_for(t, &id) || is_held(t, frame->id, &id) || !can_port_send(t->port, frame))
     return false;
   t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
-  if (is_answer(&id)) look_hold(t);
+  if (is_answer(&id) && !t->holds) {
+    t->holds = true;
+    t->held_from = t->now_us;
+  }
   return true;
+}
+
+/* Judged when all has been put: where one answer follows another the times go on. */
+uint64_t slots_hold(struct transport *t) {
+  bool waits = false;
+  for (uint8_t i = 0; i < t->slot_count; ++i) {
+    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
+    waits |= is_answer(&id);
+  }
+  t->holds = waits;
+  return waits ? t->held_from + (holds_since(t) + 1) * hold_us(t) : UINT64_MAX;
 }
 
 uint64_t stale_at(const struct transport *t, uint32_t id_word, uint64_t put_at) {
@@ -105,7 +106,6 @@ uint64_t slots_look(struct transport *t, uint64_t now_us) {
     if (!id.is_data && id.number == RING_HELLO) t->hello_due = true; /* a new one goes instead */
   }
   t->slot_count = kept;
-  look_hold(t);
   return due;
 }
 

@@ -73,5 +73,5 @@ uint64_t transport_poll(struct transport *t, uint64_t now_us) {
   while (answer_queue_one(t, true) || sender_queue_one(t, true) || answer_queue_one(t, false) ||
          station_queue_one(t) || sender_queue_one(t, false)) {
   }
-  return earlier(due, hold_due(t));
+  return earlier(due, slots_hold(t));
 }

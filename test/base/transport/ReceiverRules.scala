@@ -421,6 +421,23 @@ abstract class ReceiverRules extends TransportCases {
       assert(isFree == (time % 200 > 100), s"$time ms")
   }
 
+  it should "do so also where one answer follows another at once" in node() { b =>
+    b.run()
+    b.isHeld = true
+    for (n <- 1 to 12) b.t.send(n, Peer - 1, urgent = false, message(2048), b.now)
+    val free = for (time <- 0 until 500) yield {
+      b.hear(short(time / 2 & 0xff, Seq(1), pipe = time % 2))
+      b.take()
+      b.leave() // with the DONE before
+      b.run(ms(1) - 1)
+      assert(b.waiting.exists(code(_) == Code.Done))
+      val isFree = b.waiting.exists(isData)
+      b.run(1)
+      isFree
+    }
+    assert(free == (0 until 500).map(_ / 100 % 2 == 1))
+  }
+
   "TP-30, TB-13: the first message of each pipe after the start" should "carry the mark" in node() { b =>
     assert(deliver(b, 7).repeat && !deliver(b, 8).repeat)
     b.hear(short(7, Seq(1), pipe = 1))
