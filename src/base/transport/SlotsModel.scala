@@ -39,8 +39,12 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
   /** How many times have passed: data frames are held back in the first one, go free in the second. */
   private def timesSince(begin: Long) = (clock.now - begin) / p.holdUs
 
-  private def isHeld(id: FrameId) = isPart(id) && heldSince.exists(timesSince(_) % 2 == 0) &&
-    answers.exists(a => a.urgent == id.urgent && id.word < a.word)
+  /** OPEN, too, is held back for an answer before which its data would leave: these would else be taken for
+    * sent.
+    */
+  private def isHeld(id: FrameId) = (isPart(id) || !id.isData && id.number == Code.Open) &&
+    heldSince.exists(timesSince(_) % 2 == 0) &&
+    answers.exists(a => a.urgent == id.urgent && id.destination < a.destination)
 
   /** All has been put. When data frames go free, or are held back anew; where one answer follows another the
     * times go on.

@@ -44,20 +44,20 @@ static bool is_answer(const struct ring_id *id) {
 }
 
 /* A data frame that would leave before an answer that waits: a long message to a low address would keep it
- * from leaving. */
-static bool is_held(const struct transport *t, uint32_t id_word, const struct ring_id *id) {
-  if (!id->is_data || id->pipe == RING_PROCESS_DATA) return false;
+ * from leaving. OPEN is held with its data: they would be taken for sent, and be asked for (TB-30). */
+static bool is_held(const struct transport *t, const struct ring_id *id) {
+  if (id->is_data ? id->pipe == RING_PROCESS_DATA : id->number != RING_OPEN) return false;
   if (!t->holds || holds_since(t) % 2 != 0) return false;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id other = ring_id_of(t->slots[i].frame.id);
-    if (is_answer(&other) && other.urgent == id->urgent && id_word < t->slots[i].frame.id) return true;
+    if (is_answer(&other) && other.urgent == id->urgent && id->destination < other.destination) return true;
   }
   return false;
 }
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(t, &id) || is_held(t, frame->id, &id) || !can_port_send(t->port, frame))
+  if (t->slot_count >= places_for(t, &id) || is_held(t, &id) || !can_port_send(t->port, frame))
     return false;
   t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
   if (is_answer(&id) && !t->holds) {
