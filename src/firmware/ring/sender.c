@@ -141,13 +141,13 @@ void sender_answer(struct transport *t, const struct ring_id *id, const uint8_t 
 /* One frame of the message whose turn it is. */
 bool sender_queue_one(struct transport *t, bool urgent) {
   for (uint8_t i = 0; i < TRANSPORT_OUTGOING; ++i) {
-    const uint8_t place = (uint8_t)((t->turn + i) % TRANSPORT_OUTGOING);
+    const uint8_t place = (uint8_t)((t->turn[urgent] + i) % TRANSPORT_OUTGOING);
     struct transport_outgoing *m = &t->outgoing[place];
     struct ring_frame frame;
     if (!m->used || m->over || m->urgent != urgent) continue;
     if (!outgoing_next(t, m, &frame) || !slot_put(t, &frame)) continue;
     outgoing_sent(m);
-    t->turn = (uint8_t)(place + 1);
+    t->turn[urgent] = (uint8_t)(place + 1);
     return true;
   }
   return false;

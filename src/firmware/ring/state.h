@@ -98,7 +98,7 @@ struct transport {
   uint8_t answer_count;
 
   struct transport_outgoing outgoing[TRANSPORT_OUTGOING];
-  uint8_t turn;                                 /* the place behind the one that has sent last */
+  uint8_t turn[2]; /* of each urgency: the place behind the one that has sent last */
   uint8_t numbers[TRANSPORT_NODES][RING_PIPES]; /* of the next message */
   uint8_t unheard[TRANSPORT_NODES][RING_PIPES]; /* numbers used of which nobody may have heard (TB-26) */
   uint16_t left_s[TRANSPORT_NODES][RING_PIPES]; /* a frame of it has left last, mod 65,536 */

@@ -98,6 +98,20 @@ abstract class SenderRules extends TransportCases {
     assert(order == Seq(2, 2, 2, 2, 2, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1))
   }
 
+  it should "go in turn with urgent ones between any two of their frames" in node() { b =>
+    b.isHeld = true
+    for (to <- 24 to 25) b.send(message(500), tag = to, to = to)
+    val sent = for (n <- 0 until 60) yield {
+      b.send(Seq(1), to = 30, urgent = true)
+      b.leave(f => FrameId.of(f.id).destination == 30)
+      b.hear(done(n, from = 30))
+      val oldest = b.waiting.find(isData)
+      b.leave(oldest.contains(_))
+      oldest.map(f => FrameId.of(f.id).destination)
+    }
+    assert((24 to 25).forall(to => sent.flatten.count(_ == to) > 25))
+  }
+
   "TB-04: urgent frames and answers" should "find a place behind those that wait" in node() { b =>
     b.isHeld = true
     assert(b.send(message(100)).size == 4 && b.waiting.size == 5) // HELLO is one of them
