@@ -148,7 +148,7 @@ private[transport] class OutgoingModel(
           heard(now)
           open = false
           if (!toAll) todo = BitSet.empty // else the others go on
-          val until = now + (waitUs(bytes(2)) max (if (toAll) answerUs(tries = 0) else 0))
+          val until = now + (waitUs(bytes(2)) max (if (toAll) waitAllUs else 0))
           busyUntil = Some(busyUntil.fold(until)(_ max until))
           None
         case _ => missing(bytes, now)
@@ -160,6 +160,9 @@ private[transport] class OutgoingModel(
     val first = 10000L * (named max 1)
     first max (first << (waits min 20) min p.longestWaitUs)
   }
+
+  /** Of a message to all each OPEN lets those answer again that have it already (TB-32). */
+  private def waitAllUs = p.waitAllUs(answering, waits) max answerUs(tries = 0)
 
   private def heard(now: Long): Unit = {
     tries = 0

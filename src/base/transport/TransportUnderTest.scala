@@ -51,6 +51,11 @@ final case class TransportParams(
   /** A wait of a message for its receiver grows up to so many us (TB-06). */
   def longestWaitUs: Long = bits(20000)
 
+  /** A wait of a message to all, which so many nodes answer, for busy ones, when so many have passed (TB-32).
+    */
+  def waitAllUs(nodes: Int, passed: Int): Long =
+    bits(6 * 125 * nodes << (passed min 4)) min (5000000L max bits(100000))
+
   /** What waits in the port for so many us is taken back (TB-27). */
   def staleUs(id: FrameId): Long = {
     val isValue = id.isData && id.pipe == Sizes.ProcessData

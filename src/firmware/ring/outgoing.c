@@ -2,12 +2,18 @@
 #include "internal.h"
 
 enum {
-  RESTART_US = 10000,       /* from OPEN on again at most so often */
-  TRIES = 10,               /* without any answer */
-  ANSWER_BITS_MOST = 50000, /* of T_answer */
+  RESTART_US = 10000, /* from OPEN on again at most so often */
+  TRIES = 10,         /* without any answer */
+  ANSWER_BITS = 5000, /* T_answer */
+  MEMBER_BITS = 250,  /* more of it for each node that answers a message to all: its answer, and a HELLO */
+  ANSWER_BITS_MOST = 50000,
   BUSY_UNIT_US = 10000,
   BUSY_BITS = 20000, /* a wait does not grow beyond that */
-  MAP_FRAMES = 40    /* that a MISSING names */
+  BUSY_MEMBER_BITS = 750, /* of a message to all: six times what the answer of a node takes */
+  BUSY_DOUBLES = 4,       /* up to sixteen times as long */
+  BUSY_ALL_US = 5000000,  /* at most, or so many bits */
+  BUSY_ALL_BITS = 100000,
+  MAP_FRAMES = 40 /* that a MISSING names */
 };
 #define STALL_US 10000000u /* without an answer and without a frame that leaves */
 
@@ -89,7 +95,7 @@ void outgoing_sent(struct transport_outgoing *m) {
 /* T_answer, twice as long after each try: frames to lower addresses, this node's own ones too, go before the
  * answers, and each try makes more of them. */
 static uint64_t answer_us(const struct transport *t, const struct transport_outgoing *m) {
-  uint32_t bits = m->answer_bits;
+  uint32_t bits = ANSWER_BITS + (uint32_t)m->answering * MEMBER_BITS;
   for (uint8_t i = 0; i < m->tries && bits < ANSWER_BITS_MOST; ++i)
     bits = 2 * bits < ANSWER_BITS_MOST ? 2 * bits : ANSWER_BITS_MOST;
   return time_or_bits(t, 50000, bits);
@@ -175,14 +181,22 @@ static uint64_t wait_us(const struct transport *t, const struct transport_outgoi
   return us;
 }
 
-/* Of a message to all, those that are not busy get what they miss meanwhile. They say so T_gap behind
- * OPEN. */
+/* Of a message to all: each OPEN lets those answer again that have it already. MISSING of others comes T_gap
+ * behind OPEN, and so between two of them. */
+static uint64_t wait_all_us(const struct transport *t, const struct transport_outgoing *m) {
+  const uint8_t doubles = m->waited < BUSY_DOUBLES ? m->waited : BUSY_DOUBLES;
+  const uint64_t us = time_or_bits(t, 0, ((uint32_t)m->answering * BUSY_MEMBER_BITS) << doubles);
+  const uint64_t most = time_or_bits(t, BUSY_ALL_US, BUSY_ALL_BITS);
+  const uint64_t least = answer_us(t, m);
+  return earlier(us, most) > least ? earlier(us, most) : least;
+}
+
+/* Of a message to all, those that are not busy get what they miss meanwhile. */
 static void busy(const struct transport *t, struct transport_outgoing *m, uint8_t wait, uint64_t now_us) {
   heard(m, now_us);
-  uint64_t end = now_us + wait_us(t, m, wait);
-  const uint64_t answer_end = now_us + answer_us(t, m);
-  if (m->destination == 0 && end < answer_end) end = answer_end;
-  if (!m->waits || end > m->wait_end) m->wait_end = end;
+  uint64_t us = wait_us(t, m, wait);
+  if (m->destination == 0 && us < wait_all_us(t, m)) us = wait_all_us(t, m);
+  if (!m->waits || now_us + us > m->wait_end) m->wait_end = now_us + us;
   m->waits = true;
   m->open = false;
   if (m->destination == 0) return;

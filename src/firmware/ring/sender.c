@@ -3,9 +3,7 @@
 
 enum {
   MOST_ANSWERS = 200, /* of each member */
-  MOST_UNHEARD = 100, /* numbers of a pipe: of 127 the last one still counts as newer */
-  ANSWER_BITS = 5000, /* T_answer */
-  MEMBER_BITS = 250   /* more of it for each node that answers a message to all: its answer, and a HELLO */
+  MOST_UNHEARD = 100  /* numbers of a pipe: of 127 the last one still counts as newer */
 };
 
 static struct transport_outgoing *of_pipe(struct transport *t, uint8_t destination, uint8_t pipe) {
@@ -76,7 +74,6 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
                                    .number = take_number(t, destination, pipe, now_us),
                                    .tag = tag,
                                    .length = length,
-                                   .answer_bits = ANSWER_BITS,
                                    .crc = ring_crc32(data, length),
                                    .data = data,
                                    .restarted_at = now_us,
@@ -92,7 +89,7 @@ bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool
   for (unsigned a = 0; a < TRANSPORT_NODES; ++a) {
     if (bit_of(m->awaited, a)) m->most_answers += MOST_ANSWERS;
     /* Nodes answer whether they are awaited or not. */
-    if (destination == 0 && (bit_of(m->awaited, a) || t->member[a])) m->answer_bits += MEMBER_BITS;
+    if (destination == 0 && (bit_of(m->awaited, a) || t->member[a])) ++m->answering;
   }
   return true;
 }

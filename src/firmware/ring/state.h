@@ -11,9 +11,9 @@ struct transport_outgoing {
   bool went_out; /* all of its frames have left once */
   bool asks;     /* they have since the last answer, first at `asked_from` */
   uint8_t destination, pipe, number, tries;
-  uint8_t waited; /* waits that have passed since its receiver was found busy */
+  uint8_t waited;    /* waits that have passed since its receiver was found busy */
+  uint8_t answering; /* of a message to all: nodes that may answer */
   uint16_t tag, length;
-  uint16_t answer_bits; /* T_answer, where bits are slow */
   uint32_t crc, answers, most_answers;
   uint8_t todo[TRANSPORT_PARTS / 8]; /* data frames to be sent */
   uint8_t awaited[TRANSPORT_MAP_BYTES], unconfirmed[TRANSPORT_MAP_BYTES];

@@ -312,8 +312,6 @@ abstract class SenderRules extends TransportCases {
       b.send(Seq(1), to = 0, members = Some(members)) // eleven nodes may answer
       def asksAgain = b.run(ms(1550) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Short)
       assert(asksAgain)
-      b.hear(toAll(Code.Busy, 0, 0x87, 2)(3)) // OPEN waits for so long, at least (TB-06)
-      assert(asksAgain)
       for (from <- members) b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(from))
       assert(b.ended().map(_.outcome) == Seq(Outcome.Delivered))
       b.send(Seq(1), tag = 2)
@@ -505,6 +503,31 @@ abstract class SenderRules extends TransportCases {
     for (from <- Seq(4, 3)) b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(from))
     assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
   }
+
+  it should "come to a busy member ever more rarely (TB-32)" in node(TransportParams(Own, 7, kbps = 50)) {
+    b =>
+      val (members, busy) = ((3 to 42).toSet, toAll(Code.Busy, 0, 0x87, 2)(3))
+      b.send(message(9), to = 0, members = Some(members))
+      for (from <- members - 3) b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(from))
+      // Six times 40 answers of 125 bits, and so on.
+      for (wait <- Seq(600, 1200, 2400, 4800, 5000, 5000)) {
+        b.hear(busy)
+        assert(b.run(ms(wait) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Open), wait)
+      }
+      assert(b.hear(toAll(Code.Missing, 0, 0x87, 0, 0xc0, 0, 0, 0, 0)(3)).map(code) == Seq(0, 1))
+      b.hear(busy)
+      assert(b.run(ms(600)).map(code) == Seq(Code.Open)) // it had a place meanwhile
+  }
+
+  for ((kbps, waits) <- Seq(5 -> Seq(18600, 20000, 20000), 1000 -> Seq(93, 186, 372, 744, 1488, 1488)))
+    it should s"come in time to one of 124 members that is busy, at $kbps kbit/s (TB-32)" in
+      node(TransportParams(Own, 7, kbps = kbps)) { b =>
+        b.send(Seq(1), to = 0, members = Some((1 to 125).toSet))
+        for (wait <- waits) {
+          b.hear(toAll(Code.Busy, 0, 0x87, 2)(3))
+          assert(b.run(ms(wait) - 1).isEmpty && b.run(1).map(code) == Seq(Code.Short), wait)
+        }
+      }
 
   it should "name who has not confirmed it, or refused it" in node() { b =>
     b.send(Seq(1), to = 0, members = Some(Set(3, 4, 5)))

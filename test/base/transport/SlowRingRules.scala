@@ -81,6 +81,21 @@ abstract class SlowRingRules extends AnyFlatSpec {
         assert(bus.frames("DONE") == count && bus.frames("SHORT") == 1)
       }
 
+  "TP-31, TB-32: messages to 124 nodes of which one is busy" should "leave the bus to others" in
+    onBus(1000, 1 to 125) { bus =>
+      bus.hostIsBusy(1)
+      // Four that it has, and four for which it has no buffer.
+      for (n <- 1 to 8) bus(2).send(message(7), to = 0, tag = n, members = Some((1 to 125).toSet))
+      bus.run(ms(3000))
+      bus.load()
+      bus.run(ms(3000))
+      val load = bus.load()
+      info(percent(load("DONE")))
+      assert(load("DONE") > 0.01 && load("DONE") < 0.1 && bus(2).ended().isEmpty)
+      bus.hostIsThere(1)
+      assert(ends(bus, 2, 8, ms(2000)).map(_.outcome) == Seq.fill(8)(Outcome.Delivered))
+    }
+
   for ((kbps, urgent) <- Seq(500 -> false, 500 -> true, 20 -> false))
     s"TB-31: a node that sends long messages at $kbps kbit/s${if (urgent) ", urgent ones" else ""}" should
       "answer those with higher addresses before these are over" in onBus(kbps, 1 to 6) { bus =>
