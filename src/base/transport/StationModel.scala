@@ -18,6 +18,8 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
   private var bytes    = p.hello
   private var helloAt  = start // the last one was due
   private var isDue    = true
+  private var isNews   = false // a port has come up or gone down
+  private var newsFrom = start // when that may be told early
   private var turn     = 0     // the place of the value that goes next, if it is due
 
   def hello(source: Int, now: Long): Unit = heard(source) = now
@@ -30,7 +32,7 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
   def helloAgain(): Unit = isDue = true
 
   def setHello(next: Seq[Int]): Unit = {
-    if (next(1) != bytes(1)) isDue = true // a port changes
+    if (((next(1) ^ bytes(1)) & StationModel.PortsUp) != 0) isNews = true
     bytes = next
   }
 
@@ -78,15 +80,22 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
     def next = helloAt + p.helloUs(1 + heard.size)
     if (now >= next) {
       isDue = true
+      isNews = false
       helloAt = now
     }
+    if (isNews && now >= newsFrom) {
+      isDue = true
+      isNews = false
+      newsFrom = now + p.newsUs(1 + heard.size)
+    }
+    val news = Option.when(isNews)(newsFrom)
     for (o <- own.values) {
       if (o.isDue || now >= o.due) {
         o.isDue = true
         o.due = now + 1000L * p.pdMs
       }
     }
-    (next +: own.values.map(_.due).toSeq).min
+    (next +: (own.values.map(_.due) ++ news).toSeq).min
   }
 
   private def frames: Iterator[(BusFrame, () => Unit)] = {
@@ -114,4 +123,10 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
         true
       case None => false
     }
+}
+
+private object StationModel {
+
+  /** The bits of the ports' byte of which a change is told early. */
+  val PortsUp = 0x44
 }

@@ -38,6 +38,9 @@ final case class TransportParams(
   /** The time between two HELLO in us, on a ring with so many nodes (TB-28). */
   def helloUs(nodes: Int): Long = 1000000L max bits(1000 * nodes)
 
+  /** The time between two HELLO in us that tell early of a change, on a ring with so many nodes (TB-33). */
+  def newsUs(nodes: Int): Long = bits(10000 * nodes)
+
   /** A node of which no HELLO has come for so many us is not there (TP-31, TB-28). */
   def memberUs: Long = 3 * helloUs(Sizes.LastAddress)
 

@@ -111,8 +111,10 @@ struct transport {
   uint8_t shorts[TRANSPORT_SHORTS][TRANSPORT_SHORT_BYTES];
 
   bool hello_due;
-  uint64_t hello_at; /* when the last one was due */
-  uint8_t known;     /* nodes of which a HELLO has come */
+  uint64_t hello_at;  /* when the last one was due */
+  bool hello_news;    /* a port has come up or gone down since */
+  uint64_t news_from; /* from then on that may be told early again (TB-33) */
+  uint8_t known;      /* nodes of which a HELLO has come */
   bool member[TRANSPORT_NODES];
   uint8_t told[TRANSPORT_NODES][1 + TRANSPORT_HELLO_BYTES]; /* in the last HELLO */
   uint32_t news;                                            /* times that a HELLO told something else */

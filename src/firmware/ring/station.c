@@ -4,9 +4,11 @@
 enum {
   HELLO_US = 1000000,
   HELLO_BITS = 1000, /* of the bus for each node: HELLO of all take a sixth of it at most */
+  NEWS_BITS = 10000, /* between two early ones, so that they change little of that */
   HELLO_MS_MOST = 2500, /* set by a program: four of them are 10 s (TP-20) */
   MEMBER_HELLOS = 3,
-  PORTS = 1 /* byte of HELLO behind the life */
+  PORTS = 1,      /* byte of HELLO behind the life, and its bits of which a change is told early */
+  PORTS_UP = 0x44 /* signal, search and stuck levels may flicker */
 };
 
 /* On a ring with so many nodes. */
@@ -50,7 +52,7 @@ bool transport_told(const struct transport *t, uint8_t source, uint8_t *life,
 uint32_t transport_news(const struct transport *t) { return t->news; }
 
 void transport_hello(struct transport *t, const uint8_t bytes[TRANSPORT_HELLO_BYTES]) {
-  if (bytes[PORTS] != t->config.hello[PORTS]) t->hello_due = true;
+  if (((bytes[PORTS] ^ t->config.hello[PORTS]) & PORTS_UP) != 0) t->hello_news = true;
   copy_bytes(t->config.hello, bytes, TRANSPORT_HELLO_BYTES);
 }
 
@@ -129,9 +131,16 @@ uint64_t station_poll(struct transport *t, uint64_t now_us) {
   const uint64_t every_us = hello_us(t, t->known + 1u); /* it grows as others tell of themselves */
   if (now_us >= t->hello_at + every_us) {
     t->hello_due = true;
+    t->hello_news = false;
     t->hello_at = now_us;
   }
+  if (t->hello_news && now_us >= t->news_from) {
+    t->hello_due = true;
+    t->hello_news = false;
+    t->news_from = now_us + time_or_bits(t, 0, NEWS_BITS * (t->known + 1u));
+  }
   uint64_t due = t->hello_at + every_us;
+  if (t->hello_news) due = earlier(due, t->news_from);
   for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
     struct transport_object *o = &t->objects[i];
     if (!o->used) continue;

@@ -126,7 +126,7 @@ uint64_t transport_member_us(const struct transport *transport);
 /* Changes when a HELLO tells something else than the node's last one. */
 uint32_t transport_news(const struct transport *transport);
 
-/* HELLO has other bytes from now on; a change of a port is told at once. */
+/* HELLO has other bytes from now on; that a port has come up or gone down is told early (TB-33). */
 void transport_hello(struct transport *transport, const uint8_t bytes[TRANSPORT_HELLO_BYTES]);
 
 /* A value of process data, `length` 1 to 8 bytes; 0: no valid value. False: there is no place. */

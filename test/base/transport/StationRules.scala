@@ -29,8 +29,8 @@ abstract class StationRules extends TransportCases {
       assert(all(t, Start, ms(2999)) == Seq(0, 1000, 2000).map(n => (Start + ms(n), frame)))
       t.setHello(hello.updated(0, 9), Start + ms(2999))
       assert(all(t, Start + ms(2999.5), ms(0.2)) == Nil)
-      t.setHello(hello.updated(1, 9), Start + ms(2999.8))
-      assert(all(t, Start + ms(2999.8), 10).map(_._2.data) == Seq(Seq(7, 1, 9, 3, 4, 5, 6, 7)))
+      t.setHello(hello.updated(1, 6), Start + ms(2999.8))
+      assert(all(t, Start + ms(2999.8), 10).map(_._2.data) == Seq(Seq(7, 1, 6, 3, 4, 5, 6, 7)))
     }
 
   "TP-31: the members" should "be those of whom a HELLO came within 3 s" in node() { b =>
@@ -59,6 +59,18 @@ abstract class StationRules extends TransportCases {
       assert(times(2500, ms(4000)) == Seq(4000, 6000))
       for (from <- 3 to 125; _ <- 1 to 2) t.receive(helloFrom(from), Start + ms(6600))
       assert(times(6600, ms(60000)) == Seq(30800, 55600))
+    }
+
+  "TP-31, TB-33: HELLO" should "be early when a port comes up or goes down, ten HELLO apart" in
+    withTransport(TransportParams(Own, life = 7, kbps = 5, hello = hello), Start) { t =>
+      for (from <- 10 to 18) t.receive(helloFrom(from), Start) // with itself ten nodes: every 2 s
+      def times(from: Double, bits: Int) = (0 until 3000).flatMap { n =>
+        t.setHello(hello.updated(1, if (n % 2 == 0) bits else 0), Start + ms(from + 10 * n))
+        all(t, Start + ms(from + 10 * n), ms(9)).map(f => (f._1 - Start) / 1000)
+      }
+      assert(times(0, 0xbb) == (0 until 15).map(2000 * _)) // signal, search and stuck levels
+      assert(times(30000, 0x04) == 30000 +: 30010 +: (16 until 30).map(2000 * _).patch(10, Seq(50010), 0))
+      assert(times(60000, 0x40) == 60000 +: (31 until 45).map(2000 * _).patch(5, Seq(70010), 0))
     }
 
   "TP-31, TB-28: the members" should "be there for as long as the rarest HELLO is rare" in
@@ -123,13 +135,13 @@ abstract class StationRules extends TransportCases {
     node(TransportParams(Own, life = 7, kbps = 5, hello = hello)) { b =>
       for (from <- 3 to 60) b.hear(helloFrom(from))
       b.isHeld = true
-      b.t.setHello(hello.updated(1, 9), b.now) // a port changes
+      b.t.setHello(hello.updated(1, 6), b.now) // a port changes
       b.run()
-      b.t.setHello(Seq(9, 9, 3, 4, 5, 6, 7), b.now)
+      b.t.setHello(Seq(9, 6, 3, 4, 5, 6, 7), b.now)
       b.run(ms(3999))
-      assert(b.waiting.map(_.data) == Seq(7 +: hello.updated(1, 9)))
+      assert(b.waiting.map(_.data) == Seq(7 +: hello.updated(1, 6)))
       b.run(ms(1))
-      assert(b.waiting.map(_.data) == Seq(Seq(7, 9, 9, 3, 4, 5, 6, 7)))
+      assert(b.waiting.map(_.data) == Seq(Seq(7, 9, 6, 3, 4, 5, 6, 7)))
     }
 
   "TP-50: values" should "have 64 places, and 64 to be followed" in node() { b =>
