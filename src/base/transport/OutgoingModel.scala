@@ -44,7 +44,7 @@ private[transport] class OutgoingModel(
   private var restarted  = begin
   private var leftAt     = begin              // the last frame left
   private var progressAt = begin
-  private var asksSince  = Option.empty[Long] // everything has left since the last answer
+  private var asksSince  = Option.empty[Long] // everything has left, or the last answer has come since then
 
   private def control(code: Int, bytes: Seq[Int]) =
     BusFrame(FrameId(urgent, destination, isData = false, p.address, code, pipe, end = true), bytes)
@@ -87,12 +87,10 @@ private[transport] class OutgoingModel(
     val outcome =
       if (awaited.isEmpty && refusing.nonEmpty) Some(Outcome.Refused)
       else if (awaited.isEmpty && members.nonEmpty) Some(Outcome.Delivered)
-      else if (closed || members.isEmpty && wentOut) Some(Outcome.NotConfirmed)
+      else if (closed || members.isEmpty && asksSince.nonEmpty) Some(Outcome.NotConfirmed)
       else None
     outcome.map(Ended(tag, _, awaited ++ refusing))
   }
-
-  private var wentOut = false // everything has left
 
   /** Does what is due; returns when something will be. */
   def poll(now: Long, isWaiting: Boolean): Long = {
@@ -107,10 +105,7 @@ private[transport] class OutgoingModel(
       progressAt = now
     }
     val isOut = !isWaiting && !open && todo.isEmpty && busyUntil.isEmpty && !closing
-    if (isOut) {
-      wentOut = true
-      asksSince = asksSince.orElse(Some(now))
-    }
+    if (isOut) asksSince = asksSince.orElse(Some(now))
     if (isOut && now >= leftAt + answerUs(tries)) {
       tries += 1
       leftAt = now
@@ -166,7 +161,7 @@ private[transport] class OutgoingModel(
 
   private def heard(now: Long): Unit = {
     tries = 0
-    asksSince = None
+    asksSince = asksSince.map(_ => now)
     progressAt = now
   }
 

@@ -119,16 +119,15 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
     m->progress_at = now_us;
   }
   /* Asked for too long, whatever its frames do: its receiver must not have forgotten it (TB-26). */
-  const uint64_t asked_end = m->asks ? m->asked_from + unheard_us(t) : UINT64_MAX;
+  const uint64_t asked_end = m->went_out ? m->asked_from + unheard_us(t) : UINT64_MAX;
   if (m->closing || m->open || first_todo(m) >= 0 || slot_waits_of(t, m->destination, m->pipe)) {
     const uint64_t stalled_at = earlier(m->progress_at + STALL_US, asked_end);
     if (now_us >= stalled_at) end_with(m, TRANSPORT_NOT_CONFIRMED);
     return stalled_at;
   }
   /* Everything has left: the answers of those that are awaited are missing. */
+  if (!m->went_out) m->asked_from = now_us;
   m->went_out = true;
-  if (!m->asks) m->asked_from = now_us;
-  m->asks = true;
   if (!any_byte(m->awaited, TRANSPORT_MAP_BYTES)) {
     end_with(m, TRANSPORT_NOT_CONFIRMED); /* nobody is there who could */
     return UINT64_MAX;
@@ -143,8 +142,7 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
 
 static void heard(struct transport_outgoing *m, uint64_t now_us) {
   m->tries = 0;
-  m->asks = false;
-  m->progress_at = now_us;
+  m->asked_from = m->progress_at = now_us;
 }
 
 /* After answers something is sent again, but not for ever. */

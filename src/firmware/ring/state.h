@@ -9,7 +9,6 @@ struct transport_outgoing {
   bool closing;  /* CLOSE is to be sent */
   bool waits;    /* for the time that a BUSY has named */
   bool went_out; /* all of its frames have left once */
-  bool asks;     /* they have since the last answer, first at `asked_from` */
   uint8_t destination, pipe, number, tries;
   uint8_t waited;    /* waits that have passed since its receiver was found busy */
   uint8_t answering; /* of a message to all: nodes that may answer */
@@ -19,7 +18,8 @@ struct transport_outgoing {
   uint8_t awaited[TRANSPORT_MAP_BYTES], unconfirmed[TRANSPORT_MAP_BYTES];
   enum transport_outcome outcome;
   const uint8_t *data;
-  uint64_t wait_end, restarted_at, left_at, progress_at, asked_from;
+  uint64_t wait_end, restarted_at, left_at, progress_at;
+  uint64_t asked_from; /* it had gone out, or the last answer behind that has come */
 };
 
 /* A buffer for a message that comes in. */

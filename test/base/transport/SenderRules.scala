@@ -364,6 +364,21 @@ abstract class SenderRules extends TransportCases {
       assert(b.ended().isEmpty)
     }
 
+  it should "end 15 s after its last answer, whatever has left since" in node() { b =>
+    b.isHeld = true
+    b.send(message(20))
+    b.leave()
+    b.run()
+    b.hear(busy(0, 1)) // its receiver has it whole, and hears nothing any more
+    b.run(ms(9000))
+    assert(b.waiting.exists(code(_) == Code.Open))
+    b.leave()
+    b.run(ms(6000) - 1)
+    assert(b.ended().isEmpty)
+    b.run(1)
+    assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+  }
+
   "TB-27: frames of a message that has ended" should "be taken back, not those of one under way" in node() {
     b =>
       b.run()

@@ -37,17 +37,19 @@ abstract class SlowRingRules extends AnyFlatSpec {
       assert(ends(bus, 50, 1, ms(5000)).map(_.outcome) == Seq(Outcome.Delivered))
   }
 
-  "TP-31, TB-33: HELLO of 50 nodes of which all ports flicker" should "leave it as much" in onBus(5, 1 to 50) {
-    bus =>
-      bus.run(ms(12000))
-      bus.load()
-      for (n <- 1 to 1500; a <- 1 to 50) {
-        bus(a).t.setHello(0 +: (if (n % 2 == 0) 0xff else 0) +: Seq.fill(5)(0), bus.now)
-        if (a == 50) bus.run(ms(100))
-      }
-      val load = bus.load()("HELLO")
-      info(percent(load))
-      assert(load > 0.05 && load < 0.167)
+  "TP-31, TB-33: HELLO of 50 nodes of which all ports flicker" should "leave it as much" in onBus(
+    5,
+    1 to 50
+  ) { bus =>
+    bus.run(ms(12000))
+    bus.load()
+    for (n <- 1 to 1500; a <- 1 to 50) {
+      bus(a).t.setHello(0 +: (if (n % 2 == 0) 0xff else 0) +: Seq.fill(5)(0), bus.now)
+      if (a == 50) bus.run(ms(100))
+    }
+    val load = bus.load()("HELLO")
+    info(percent(load))
+    assert(load > 0.05 && load < 0.167)
   }
 
   // Those that stay know 50 nodes, and so are rarely heard; the new one does not.
