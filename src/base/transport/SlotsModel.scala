@@ -23,13 +23,23 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     id.destination == destination && id.pipe == pipe && (id.isData || id.number <= Code.Close)
   }
 
-  /** Places for data frames, for other frames and for urgent ones are so many that each finds one behind
-    * those before it (TB-04).
+  /** Everything leaves a place for what is urgent, data frames leave two more for what must not wait behind
+    * them, urgent ones one (TB-04). One place more is there for values, and for a data frame while those to
+    * other destinations do not leave, in turn (TB-34).
     */
-  def hasRoom(id: FrameId): Boolean =
-    !isHeld(id) && waiting.size < (if (id.urgent) places else if (isPart(id)) places - 3 else places - 1)
+  def hasRoom(id: FrameId): Boolean = {
+    val ids                 = waiting.keys.map(FrameId.of)
+    def isStuck(o: FrameId) = o.destination != id.destination && clock.now >= since(o.word) + p.holdUs
+    def hasOneMore =
+      if (isPart(id)) isTimeOfData && ids.filter(isPart).forall(isStuck) else !isTimeOfData
+    def ofData            = (if (id.urgent) 1 else 2) - (if (hasOneMore) 1 else 0)
+    val left              = (if (id.urgent) 0 else 1) + (if (id.isData) ofData else 0)
+    def isOneOfManyValues = isValue(id) && ids.count(isValue) >= places - 4
+    !isHeld(id) && waiting.size + left < places && !isOneOfManyValues
+  }
 
-  private def isPart(id: FrameId) = id.isData && id.pipe != Sizes.ProcessData
+  private def isPart(id: FrameId)  = id.isData && id.pipe != Sizes.ProcessData
+  private def isValue(id: FrameId) = id.isData && id.pipe == Sizes.ProcessData
 
   /** Since when data frames are held back, and then go free: as answers wait (TB-31). */
   private var heldSince = Option.empty[Long]
@@ -39,11 +49,14 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
   /** How many times have passed: data frames are held back in the first one, go free in the second. */
   private def timesSince(begin: Long) = (clock.now - begin) / p.holdUs
 
+  /** There are times for answers and values, and times for data frames. */
+  private def isTimeOfData = heldSince.fold(clock.now / p.holdUs)(timesSince) % 2 == 1
+
   /** OPEN, too, is held back for an answer before which its data would leave: these would else be taken for
     * sent.
     */
   private def isHeld(id: FrameId) = (isPart(id) || !id.isData && id.number == Code.Open) &&
-    heldSince.exists(timesSince(_) % 2 == 0) &&
+    heldSince.nonEmpty && !isTimeOfData &&
     answers.exists(a => a.urgent == id.urgent && id.destination < a.destination)
 
   /** All has been put. When data frames go free, or are held back anew; where one answer follows another the
@@ -51,7 +64,11 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     */
   def lookHold(): Long = {
     heldSince = heldSince.filter(_ => answers.nonEmpty)
-    heldSince.fold(Long.MaxValue)(begin => begin + (timesSince(begin) + 1) * p.holdUs)
+    heldSince match {
+      case Some(begin)                       => begin + (timesSince(begin) + 1) * p.holdUs
+      case None if waiting.size + 3 < places => Long.MaxValue
+      case None                              => (clock.now / p.holdUs + 1) * p.holdUs
+    }
   }
 
   def put(frame: BusFrame): Unit = {

@@ -8,6 +8,8 @@ enum { STALE_US = 1000000, STALE_BITS = 20000, STALE_PD = 3 };
  * which a receiver that hears nothing drops a message. */
 enum { HOLD_US = 100000, HOLD_BITS = 10000 };
 
+enum { DATA_LEAVE = 3, VALUES_LEAVE = 4 }; /* places in the port: all frames, values */
+
 bool slot_waits(const struct transport *t, uint32_t id) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
     if (t->slots[i].frame.id == id) return true;
@@ -26,13 +28,7 @@ bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe)
   return false;
 }
 
-/* Data frames leave three places for what must not wait behind them, everything leaves one for what is
- * urgent. */
-static unsigned places_for(const struct transport *t, const struct ring_id *id) {
-  const unsigned places = t->config.slots;
-  if (id->urgent) return places;
-  return id->is_data && id->pipe != RING_PROCESS_DATA ? places - 3 : places - 1;
-}
+static bool is_value(const struct ring_id *id) { return id->is_data && id->pipe == RING_PROCESS_DATA; }
 
 static uint32_t hold_us(const struct transport *t) { return time_or_bits(t, HOLD_US, HOLD_BITS); }
 
@@ -43,11 +39,51 @@ static bool is_answer(const struct ring_id *id) {
   return !id->is_data && id->number >= RING_DONE && id->number <= RING_UNKNOWN;
 }
 
+/* There are times for answers and values, and times for data frames. */
+static bool is_time_of_data(const struct transport *t) {
+  return (t->holds ? holds_since(t) : t->now_us / hold_us(t)) % 2 != 0;
+}
+
+/* All data frames that wait are to other destinations, and have not left for so long. */
+static bool others_are_stuck(const struct transport *t, uint8_t destination) {
+  for (uint8_t i = 0; i < t->slot_count; ++i) {
+    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
+    if (!id.is_data || is_value(&id)) continue;
+    if (id.destination == destination || t->now_us < t->slots[i].put_at + hold_us(t)) return false;
+  }
+  return true;
+}
+
+static unsigned waiting_values(const struct transport *t) {
+  unsigned sum = 0;
+  for (uint8_t i = 0; i < t->slot_count; ++i) {
+    const struct ring_id id = ring_id_of(t->slots[i].frame.id);
+    sum += is_value(&id);
+  }
+  return sum;
+}
+
+/* Where other nodes fill the bus, frames to high addresses do not leave. One place more is there for values,
+ * and for a data frame while those to other destinations do not leave, in turn (TB-34). */
+static bool has_one_more(const struct transport *t, const struct ring_id *id) {
+  if (is_value(id)) return !is_time_of_data(t);
+  return is_time_of_data(t) && others_are_stuck(t, id->destination);
+}
+
+/* Everything leaves a place for what is urgent, data frames leave two more for what must not wait behind
+ * them, urgent ones one. */
+static bool has_place(const struct transport *t, const struct ring_id *id) {
+  const unsigned places = t->config.slots;
+  unsigned left = id->urgent ? 0 : 1;
+  if (id->is_data) left += (id->urgent ? 1u : 2u) - (has_one_more(t, id) ? 1u : 0u);
+  return t->slot_count + left < places && (!is_value(id) || waiting_values(t) < places - VALUES_LEAVE);
+}
+
 /* A data frame that would leave before an answer that waits: a long message to a low address would keep it
  * from leaving. OPEN is held with its data: they would be taken for sent, and be asked for (TB-30). */
 static bool is_held(const struct transport *t, const struct ring_id *id) {
-  if (id->is_data ? id->pipe == RING_PROCESS_DATA : id->number != RING_OPEN) return false;
-  if (!t->holds || holds_since(t) % 2 != 0) return false;
+  if (is_value(id) || (!id->is_data && id->number != RING_OPEN)) return false;
+  if (!t->holds || is_time_of_data(t)) return false;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id other = ring_id_of(t->slots[i].frame.id);
     if (is_answer(&other) && other.urgent == id->urgent && id->destination < other.destination) return true;
@@ -57,8 +93,7 @@ static bool is_held(const struct transport *t, const struct ring_id *id) {
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(t, &id) || is_held(t, &id) || !can_port_send(t->port, frame))
-    return false;
+  if (!has_place(t, &id) || is_held(t, &id) || !can_port_send(t->port, frame)) return false;
   t->slots[t->slot_count++] = (struct transport_slot){t->now_us, *frame};
   if (is_answer(&id) && !t->holds) {
     t->holds = true;
@@ -75,14 +110,15 @@ uint64_t slots_hold(struct transport *t) {
     waits |= is_answer(&id);
   }
   t->holds = waits;
-  return waits ? t->held_from + (holds_since(t) + 1) * hold_us(t) : UINT64_MAX;
+  if (waits) return t->held_from + (holds_since(t) + 1) * hold_us(t);
+  if (t->slot_count + DATA_LEAVE < t->config.slots) return UINT64_MAX;
+  return (t->now_us / hold_us(t) + 1) * hold_us(t);
 }
 
 uint64_t stale_at(const struct transport *t, uint32_t id_word, uint64_t put_at) {
   const struct ring_id id = ring_id_of(id_word);
-  const bool is_value = id.is_data && id.pipe == RING_PROCESS_DATA;
   const uint32_t value_us = (uint32_t)t->config.pd_ms * STALE_PD * US_IN_MS;
-  return put_at + time_or_bits(t, is_value ? value_us : STALE_US, STALE_BITS);
+  return put_at + time_or_bits(t, is_value(&id) ? value_us : STALE_US, STALE_BITS);
 }
 
 uint64_t slots_look(struct transport *t, uint64_t now_us) {

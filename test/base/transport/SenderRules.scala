@@ -131,6 +131,50 @@ abstract class SenderRules extends TransportCases {
       assert(b.waiting.size == 16)
     }
 
+  "TB-34: a message to a low address" should "go in turn beside one of which no frame leaves" in node() { b =>
+    b.run(ms(99)) // then a time for data begins
+    b.isHeld = true
+    b.send(message(2048), tag = 1, to = 120)
+    b.leave(!isData(_))
+    b.run()
+    b.send(message(2048), tag = 2, to = 1)
+    def waiting(to: Int) = b.waiting.filter(isData).count(f => FrameId.of(f.id).destination == to)
+    val sent = for (time <- 0 until 500) yield {
+      b.leave(f => isHello(f) || FrameId.of(f.id).destination == 1)
+      b.run(ms(1))
+      assert(waiting(120) == 5 && b.waiting.size <= 6)
+      waiting(1)
+    }
+    for ((frames, time) <- sent.zipWithIndex if time % 100 > 0 && time % 100 < 99)
+      assert(frames == (if (time > 200 && time / 100 % 2 == 0) 1 else 0), s"$time ms")
+  }
+
+  "TB-34: values that do not leave" should "leave places to frames of messages" in node() { b =>
+    b.run()
+    b.isHeld = true
+    def destination(f: BusFrame) = FrameId.of(f.id).destination
+    def setAll()                 = for (n <- 0 until 40) b.t.setObject(120, n, Seq(n), b.now)
+    setAll()
+    for (_ <- 1 to 10) {
+      b.run(ms(50))
+      assert(b.waiting.count(isData) == 4)
+    }
+    val sent = b.send(message(9), to = 1) ++ (1 to 2).flatMap { _ =>
+      b.leave(destination(_) == 1)
+      b.run()
+    }
+    assert(sent.map(code) == Seq(Code.Open, 0, 1))
+    b.t.forgetValues()
+    b.leave()
+    b.send(message(2048), tag = 2, to = 119)
+    setAll() // they go on beside its frames
+    val numbers = (1 to 120).flatMap { _ =>
+      b.leave(destination(_) != 119)
+      b.run(ms(25)).filter(destination(_) == 120).map(code)
+    }
+    assert(numbers.distinct.size == 40 && b.waiting.count(destination(_) == 119) == 5)
+  }
+
   "TP-06, TB-05: a frame that waits" should "never be queued again" in node() { b =>
     b.send(message(40)) // all out
     b.isHeld = true
