@@ -135,7 +135,9 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
       now: Long
   ): Unit = {
     val isShort = id.number == Code.Short
-    if (inUse(isShort) >= (if (isShort) Sizes.Shorts else p.buffers)) {
+    // The last place for short ones is left to urgent ones (TB-35).
+    val places = if (!isShort) p.buffers else if (id.urgent) Sizes.Shorts else Sizes.Shorts - 1
+    if (inUse(isShort) >= places) {
       counts.add(Counter.NoBuffer)
       busy(id, s, number)
     } else {

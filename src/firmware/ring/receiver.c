@@ -32,11 +32,14 @@ static struct transport_pipe *pipe_of(struct transport *t, const struct transpor
   return &t->pipes[m->source][m->to_all ? 1 : 0][m->pipe];
 }
 
-static struct transport_incoming *free_place(struct transport *t, bool is_short) {
+/* For a message: the last place for short ones is left to urgent ones (TB-35). */
+static struct transport_incoming *free_place(struct transport *t, bool is_short, bool urgent) {
   const unsigned end = is_short ? TRANSPORT_PLACES : TRANSPORT_BUFFERS;
-  for (unsigned i = is_short ? TRANSPORT_BUFFERS : 0; i < end; ++i)
-    if (t->incoming[i].state == INCOMING_FREE) return &t->incoming[i];
-  return 0;
+  struct transport_incoming *place = 0;
+  unsigned kept = is_short && !urgent ? 1 : 0;
+  for (unsigned i = is_short ? TRANSPORT_BUFFERS : 0; i < end && place == 0; ++i)
+    if (t->incoming[i].state == INCOMING_FREE && kept-- == 0) place = &t->incoming[i];
+  return place;
 }
 
 static void forget_frames(struct transport_incoming *m) {
@@ -59,7 +62,7 @@ static void complete(struct transport *t, struct transport_incoming *m) {
 static void begin(struct transport *t, const struct transport_message *message, uint32_t crc,
                   const struct ring_frame *f, uint64_t now_us) {
   const bool is_short = message->length <= TRANSPORT_SHORT_BYTES;
-  struct transport_incoming *m = free_place(t, is_short);
+  struct transport_incoming *m = free_place(t, is_short, message->urgent);
   if (m == 0) {
     count(t, TRANSPORT_NO_BUFFER);
     reply_busy(t, message, t->sources[message->source].life);

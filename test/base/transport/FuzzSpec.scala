@@ -98,7 +98,8 @@ object FuzzSpec {
   private val incoming = message(60)
   private val coming   = open(0, incoming) +: parts(incoming).take(3)
   private val full =
-    (0 to 3).map(open(0, incoming, _)) ++ (4 to 11).map(short(0, Seq(1, 2, 3), _))
+    (0 to 3).map(open(0, incoming, _)) ++ (4 to 10).map(short(0, Seq(1, 2, 3), _)) :+
+      short(0, Seq(1, 2, 3), 11, urgent = true)
 
   /** What peers send before the random frames. */
   private val prepared = coming ++ full :+ short(0, Seq(1, 2, 3))

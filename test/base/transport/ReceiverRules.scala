@@ -145,12 +145,27 @@ abstract class ReceiverRules extends TransportCases {
       assert(b.hear(open(0, data, 4)).map(f => (code(f), f.data)) == Seq((Code.Busy, Seq(0, Life, 2))))
       assert(b.counts == Map(Counter.NoBuffer -> 1))
       for (pipe <- 0 to 3) b.hear(parts(data, pipe): _*)
-      // Short ones have places of their own: eight.
-      for (pipe <- 5 to 12) assert(b.hear(short(0, Seq(1), pipe)).isEmpty)
-      assert(b.hear(short(0, Seq(1), 13)).map(code) == Seq(Code.Busy))
-      for (pipe <- (0 to 3) ++ (5 to 12)) assert(b.take().pipe == { b.run(); pipe })
-      assert(b.hear(open(0, data, 4)).isEmpty && b.hear(short(0, Seq(1), 13)).isEmpty)
+      // Short ones have places of their own: eight, the last for urgent ones.
+      for (pipe <- 5 to 11) assert(b.hear(short(0, Seq(1), pipe)).isEmpty)
+      assert(b.hear(short(0, Seq(1), 12)).map(code) == Seq(Code.Busy))
+      for (pipe <- (0 to 3) ++ (5 to 11)) assert(b.take().pipe == { b.run(); pipe })
+      assert(b.hear(open(0, data, 4)).isEmpty && b.hear(short(0, Seq(1), 12)).isEmpty)
     }
+
+  "TB-35: an urgent short message" should "find a place where as many others wait as may" in node() { b =>
+    for (pipe <- 0 to 7) b.hear(short(0, Seq(1), pipe))
+    assert(b.hear(short(0, Seq(1), 13, urgent = true)).isEmpty)
+    assert(b.hear(short(0, Seq(1), 14, urgent = true)).map(code) == Seq(Code.Busy))
+    val taken = Seq.fill(8) { b.run(); b.take().pipe }
+    assert(taken.toSet == (0 to 6).toSet + 13)
+  }
+
+  it should "leave the last place to the next one, wherever it is itself" in node() { b =>
+    assert(b.hear(short(0, Seq(1), 13, urgent = true)).isEmpty)
+    for (pipe <- 0 to 5) assert(b.hear(short(0, Seq(1), pipe)).isEmpty)
+    assert(b.hear(short(0, Seq(1), 6)).map(code) == Seq(Code.Busy))
+    assert(b.hear(short(0, Seq(1), 14, urgent = true)).isEmpty)
+  }
 
   "TP-22, TB-17: data frames that do not fit" should "be ignored and counted" in node() { b =>
     val data = message(20)
