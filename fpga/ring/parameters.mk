@@ -5,7 +5,8 @@ ROLE ?= node-tp
 
 # The smallest device of this package that it fits into, by docs/ring-report.md: EP4CE6E22C8, EP4CE10E22C8,
 # EP4CE15E22C8
-device ?= $(if $(filter bus,$(ROLE)),EP4CE6E22C8,$(if $(filter gateway,$(ROLE)),EP4CE15E22C8,EP4CE10E22C8))
+device ?= $(if $(filter bus,$(ROLE)),EP4CE6E22C8,$\
+            $(if $(filter gateway node-tp,$(ROLE)),EP4CE15E22C8,EP4CE10E22C8))
 
 # Data bus towards the host, bits: 8, 16; a gateway has pins for 8. Also the data pins of the host bus.
 dataBusWidth ?= 8
