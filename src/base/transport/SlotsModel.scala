@@ -28,8 +28,9 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     * other destinations do not leave, in turn (TB-34).
     */
   def hasRoom(id: FrameId): Boolean = {
-    val ids                 = waiting.keys.map(FrameId.of)
-    def isStuck(o: FrameId) = o.destination != id.destination && clock.now >= since(o.word) + p.holdUs
+    val ids = waiting.keys.map(FrameId.of)
+    def isStuck(o: FrameId) =
+      o.destination != id.destination && clock.now >= since(o.word) + SlotsModel.StuckUs
     def hasOneMore =
       if (isPart(id)) isTimeOfData && ids.filter(isPart).forall(isStuck) else !isTimeOfData
     def ofData            = (if (id.urgent) 1 else 2) - (if (hasOneMore) 1 else 0)
@@ -110,4 +111,10 @@ private[transport] class SlotsModel(p: TransportParams, clock: ClockModel) {
     fresh.clear()
     all
   }
+}
+
+private object SlotsModel {
+
+  /** Data frames that wait for so long do not leave: half of the time after which their message ends. */
+  val StuckUs = 5000000L
 }

@@ -10,6 +10,10 @@ enum { HOLD_US = 100000, HOLD_BITS = 10000 };
 
 enum { DATA_LEAVE = 3, VALUES_LEAVE = 4 }; /* places in the port: all frames, values */
 
+/* Half of the time after which a message of which no frame leaves ends. If it were shorter, nodes that fill
+ * the bus together would send more to low addresses, and less to high ones would be confirmed (TB-23). */
+enum { STUCK_US = 5000000 };
+
 bool slot_waits(const struct transport *t, uint32_t id) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
     if (t->slots[i].frame.id == id) return true;
@@ -49,7 +53,7 @@ static bool others_are_stuck(const struct transport *t, uint8_t destination) {
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id id = ring_id_of(t->slots[i].frame.id);
     if (!id.is_data || is_value(&id)) continue;
-    if (id.destination == destination || t->now_us < t->slots[i].put_at + hold_us(t)) return false;
+    if (id.destination == destination || t->now_us < t->slots[i].put_at + STUCK_US) return false;
   }
   return true;
 }

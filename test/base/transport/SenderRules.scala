@@ -139,14 +139,14 @@ abstract class SenderRules extends TransportCases {
     b.run()
     b.send(message(2048), tag = 2, to = 1)
     def waiting(to: Int) = b.waiting.filter(isData).count(f => FrameId.of(f.id).destination == to)
-    val sent = for (time <- 0 until 500) yield {
+    val sent = for (time <- 0 until 5400) yield {
       b.leave(f => isHello(f) || FrameId.of(f.id).destination == 1)
       b.run(ms(1))
       assert(waiting(120) == 5 && b.waiting.size <= 6)
       waiting(1)
     }
     for ((frames, time) <- sent.zipWithIndex if time % 100 > 0 && time % 100 < 99)
-      assert(frames == (if (time > 200 && time / 100 % 2 == 0) 1 else 0), s"$time ms")
+      assert(frames == (if (time > 5000 && time / 100 % 2 == 0) 1 else 0), s"$time ms")
   }
 
   "TB-34: values that do not leave" should "leave places to frames of messages" in node() { b =>
