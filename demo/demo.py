@@ -4,7 +4,6 @@ and a panel at the terminal.
 
 Usage: demo.py [--http-port 8080] [--slaves 5]. `make demo` builds what it needs and calls it. Ctrl-C ends
 everything."""
-import argparse
 
 import parts
 
@@ -61,12 +60,9 @@ def greet(page):
 
 
 def main():
-    parser = parts.Arguments(description="The smoke-alarm system at work.")
-    parser.add_argument("--http-port", type=parts.number(0, 65535), default=8080, metavar="PORT",
-                        help="port of the page (8080; another one if it is taken)")  # fmt: skip
+    parser = parts.Arguments("The smoke-alarm system at work.", SIMULATOR)
     parser.add_argument("--slaves", type=parts.number(1, 64), default=5, metavar="N",
                         help="slaves on the line, 1 to 64 (5)")  # fmt: skip
-    parser.add_argument("--simulator", default=SIMULATOR, help=argparse.SUPPRESS)  # of tests
     options = parser.parse_args()
     control = FOLDER / "control.sock"
     parts.run(

@@ -16,7 +16,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 class Arguments(argparse.ArgumentParser):
-    """Says in one sentence what is wrong."""
+    """What all demonstrations can be told. Says in one sentence what is wrong."""
+
+    def __init__(self, description, simulator):
+        super().__init__(description=description)
+        self.add_argument("--http-port", type=number(0, 65535), default=8080, metavar="PORT",
+                          help="port of the page (8080; another one if it is taken)")  # fmt: skip
+        self.add_argument("--simulator", default=simulator, help=argparse.SUPPRESS)  # of tests
 
     def error(self, message):
         self.exit(2, f"{self.prog}: {message} (see --help)\n")

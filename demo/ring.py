@@ -4,7 +4,6 @@ gateway to the server with its page, CAN programs at the last, and a panel at th
 
 Usage: ring.py [--http-port 8080] [--nodes 12]. `make demo-ring` builds what it needs and calls it. Ctrl-C
 ends everything."""
-import argparse
 import json
 
 import parts
@@ -58,12 +57,9 @@ def show(status):
 
 
 def main():
-    parser = parts.Arguments(description="The fibre ring at work.")
-    parser.add_argument("--http-port", type=parts.number(0, 65535), default=8080, metavar="PORT",
-                        help="port of the page (8080; another one if it is taken)")  # fmt: skip
+    parser = parts.Arguments("The fibre ring at work.", SIMULATOR)
     parser.add_argument("--nodes", type=parts.number(3, 32), default=12, metavar="N",
                         help="nodes, 3 to 32 (12)")  # fmt: skip
-    parser.add_argument("--simulator", default=SIMULATOR, help=argparse.SUPPRESS)  # of tests
     options = parser.parse_args()
     last = options.nodes
     FOLDER.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,10 @@ load_package flow
 set preset cyclone4-min
 if {[llength $quartus(args)] > 0} { set preset [lindex $quartus(args) 0] }
 if {[llength $quartus(args)] > 1} { set device [lindex $quartus(args) 1] }
+if {[info exists device] && ![regexp {^EP4CE[0-9]+[EFUM][0-9]+[CIA][0-9]L?$} $device]} {
+  post_message -type error "DEVICE is $device but must be a Cyclone IV E, such as EP4CE10E22C8."
+  qexit -error
+}
 
 set root    [file dirname [file dirname [file normalize [info script]]]]
 set verilog [file join $root generated $preset.v]

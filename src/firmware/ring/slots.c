@@ -8,7 +8,7 @@ enum { STALE_US = 1000000, STALE_BITS = 20000, STALE_PD = 3 };
  * which a receiver that hears nothing drops a message. */
 enum { HOLD_US = 100000, HOLD_BITS = 10000 };
 
-enum { DATA_LEAVE = 3, VALUES_LEAVE = 4 }; /* places in the port: all frames, values */
+enum { DATA_LEAVE = 3, VALUES_LEAVE = 4 }; /* places in the port: to other frames (TB-04, TB-34) */
 
 /* Half of the time after which a message of which no frame leaves ends. If it were shorter, nodes that fill
  * the bus together would send more to low addresses, and less to high ones would be confirmed (TB-23). */

@@ -76,6 +76,17 @@ class BoardSpec extends AnyFlatSpec with BoardBehaviour {
     assert(sdc.last == s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
   }
 
+  it should "be made for the device that is asked for, if it is one" in {
+    def made(device: String) =
+      ends("tclsh", "test/flyframe/board/pins.tcl", "fpga/quartus.tcl", "ring-node", device)
+    assert(made("EP4CE10E22C8")._2.linesIterator.contains("global DEVICE EP4CE10E22C8"))
+    for (device <- Seq("EP4CE10E22C8N", "5CEBA4"))
+      assert(
+        made(device) ==
+          (1 -> s"DEVICE is $device but must be a Cyclone IV E, such as EP4CE10E22C8.\n")
+      )
+  }
+
   /** What the constraints of a controller alone name, by its ports. */
   private def constrained(p: EscParams): Set[String] = {
     val dir   = Directory.lasting("flyframe-board")
