@@ -2285,6 +2285,7 @@ module SlotOrder(
   input  [15:0] mayBegin,
   input         changedNow,
   input         changedLate,
+  input         mayChange,
   input         append_valid,
   input  [3:0]  append_bits,
   output        appended,
@@ -2325,7 +2326,7 @@ module SlotOrder(
   reg         found;
   reg  [31:0] bestKey;
   reg  [3:0]  bestSlot;
-  wire        _appended_output = append_valid & ~walks & ~changed;
+  wire        _appended_output = append_valid & ~walks & ~mayChange & ~changedLate;
   wire        _GEN = compares & (~found | thisKey < bestKey);
   reg  [5:0]  waits;
   reg         offered_valid;
@@ -2436,7 +2437,7 @@ module SlotOrder(
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
-  assign ram_write = walks ? comes : append_valid;
+  assign ram_write = walks ? comes : ~(count[4]);
   assign ram_writeAddress = {1'h0, walks ? {~bank, to[3:0]} : {bank, count[3:0]}};
   assign ram_writeData = walks ? keptSlot : append_bits;
   assign ram_readAddress = {1'h0, bank, at[3:0]};
@@ -2464,7 +2465,8 @@ module SlotStates(
   output [3:0]  current,
   output        aborted,
   output        ended,
-  output        mayAbort
+  output        mayAbort,
+  output        mayLeave
 );
 
   reg  [15:0] waits;
@@ -2486,6 +2488,7 @@ module SlotStates(
   wire [15:0] one = 16'h1 << _GEN;
   wire [15:0] mayGo = leaves & waits & ~(onWire | isOver ? one : 16'h0);
   reg  [15:0] mayBegin_REG;
+  reg         mayLeave_REG;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   wire [15:0] stays = waits & ~mayGo & ~(isOver ? one : 16'h0);
   always @(posedge clock or posedge reset) begin
@@ -2499,6 +2502,7 @@ module SlotStates(
       leaves <= 16'h0;
       isOver_REG <= 1'h0;
       mayBegin_REG <= 16'h0;
+      mayLeave_REG <= 1'h0;
     end
     else begin
       waits <= stays | requestOne;
@@ -2510,6 +2514,7 @@ module SlotStates(
       leaves <= abort;
       isOver_REG <= onWire & ends;
       mayBegin_REG <= stays & ~abort;
+      mayLeave_REG <= |abort;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
@@ -2527,6 +2532,7 @@ module SlotStates(
   assign aborted = |mayGo;
   assign ended = isOver;
   assign mayAbort = |mayGo;
+  assign mayLeave = mayLeave_REG;
 endmodule
 
 module WordCounters(
@@ -3335,10 +3341,12 @@ module CanPort(
   wire        _states_aborted;
   wire        _states_ended;
   wire        _states_mayAbort;
+  wire        _states_mayLeave;
   wire [15:0] _order_pending;
   wire [15:0] _order_mayBegin;
   wire        _order_changedNow;
   wire        _order_changedLate;
+  wire        _order_mayChange;
   wire        _order_append_valid;
   wire [3:0]  _order_append_bits;
   wire        _order_ready;
@@ -3428,7 +3436,7 @@ module CanPort(
   reg  [15:0] sofTime;
   reg         shift_begins_REG;
   reg         states_oneShot_REG;
-  reg         order_changedNow_REG;
+  reg         isRequested;
   reg         stamps;
   wire [7:0]  stamp_bits_target = {2'h0, _states_current, 2'h1};
   reg         valid;
@@ -3449,7 +3457,7 @@ module CanPort(
       mode_listenOnly <= 1'h0;
       engine_mode_run_REG <= 1'h0;
       shift_begins_REG <= 1'h0;
-      order_changedNow_REG <= 1'h0;
+      isRequested <= 1'h0;
       stamps <= 1'h0;
       valid <= 1'h0;
       events_state_REG <= 2'h0;
@@ -3467,7 +3475,7 @@ module CanPort(
       mode_listenOnly <= _front_control_listenOnly;
       engine_mode_run_REG <= runs;
       shift_begins_REG <= _engine_events_takes;
-      order_changedNow_REG <= _front_orders_requested;
+      isRequested <= _front_orders_requested;
       stamps <= _engine_events_sent | ~(_memory_done[1]) & stamps;
       valid <= _engine_events_received | ~accepted & valid;
       events_state_REG <= state;
@@ -3589,8 +3597,9 @@ module CanPort(
     .identified          (_shift_identified)
   );
   assign _order_pending = _states_pending;
-  assign _order_changedNow = _states_mayAbort | order_changedNow_REG;
+  assign _order_changedNow = _states_mayAbort | isRequested;
   assign _order_changedLate = _states_ended;
+  assign _order_mayChange = _states_mayLeave | isRequested;
   assign _order_append_bits = _front_append_bits;
   assign _order_key =
     _memory_data[31]
@@ -3603,6 +3612,7 @@ module CanPort(
     .mayBegin         (_order_mayBegin),
     .changedNow       (_order_changedNow),
     .changedLate      (_order_changedLate),
+    .mayChange        (_order_mayChange),
     .append_valid     (_order_append_valid),
     .append_bits      (_order_append_bits),
     .appended         (_order_appended),
@@ -3653,7 +3663,8 @@ module CanPort(
     .current       (_states_current),
     .aborted       (_states_aborted),
     .ended         (_states_ended),
-    .mayAbort      (_states_mayAbort)
+    .mayAbort      (_states_mayAbort),
+    .mayLeave      (_states_mayLeave)
   );
   assign _words_done = _memory_done[3];
   WordCounters words (

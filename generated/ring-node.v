@@ -2316,6 +2316,7 @@ module SlotOrder(
   input  [15:0] mayBegin,
   input         changedNow,
   input         changedLate,
+  input         mayChange,
   input         append_valid,
   input  [3:0]  append_bits,
   output        appended,
@@ -2357,7 +2358,7 @@ module SlotOrder(
   reg         found;
   reg  [31:0] bestKey;
   reg  [3:0]  bestSlot;
-  wire        _appended_output = append_valid & ~walks & ~changed;
+  wire        _appended_output = append_valid & ~walks & ~mayChange & ~changedLate;
   wire        _GEN = compares & (~found | thisKey < bestKey);
   wire        _GEN_0 = changed | rests;
   reg  [5:0]  waits;
@@ -2471,7 +2472,7 @@ module SlotOrder(
   assign offer_valid = _offer_valid_output;
   assign offer_slot = offered_slot;
   assign offer_firstBit = offered_firstBit;
-  assign ram_write = walks ? comes : append_valid;
+  assign ram_write = walks ? comes : ~(count[4]);
   assign ram_writeAddress = {1'h0, walks ? {~bank, to[3:0]} : {bank, count[3:0]}};
   assign ram_writeData = walks ? keptSlot : append_bits;
   assign ram_readAddress = {1'h0, bank, at[3:0]};
@@ -2505,7 +2506,8 @@ module SlotStates(
   output [3:0]  current,
   output        aborted,
   output        ended,
-  output        mayAbort
+  output        mayAbort,
+  output        mayLeave
 );
 
   reg  [15:0] waits;
@@ -2529,6 +2531,7 @@ module SlotStates(
   wire [15:0] mayGo = leaves & waits & ~(onWire | isOver | relay_ends_valid ? one : 16'h0);
   wire [15:0] gone = (relay_holds ? 16'h0 : mayGo & ~relay_begun) | (relay_drops ? waits & ~doneOne : 16'h0);
   reg  [15:0] mayBegin_REG;
+  reg         mayLeave_REG;
   reg         ended_REG;
   wire        isWell = relay_ends_valid ? relay_sent : isSent;
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
@@ -2544,6 +2547,7 @@ module SlotStates(
       leaves <= 16'h0;
       isOver_REG <= 1'h0;
       mayBegin_REG <= 16'h0;
+      mayLeave_REG <= 1'h0;
       ended_REG <= 1'h0;
     end
     else begin
@@ -2556,6 +2560,7 @@ module SlotStates(
       leaves <= abort;
       isOver_REG <= onWire & ends & ~relay_drops;
       mayBegin_REG <= stays & ~abort;
+      mayLeave_REG <= |abort;
       ended_REG <= relay_ends_valid;
     end
   end // always @(posedge, posedge)
@@ -2574,6 +2579,7 @@ module SlotStates(
   assign aborted = |gone;
   assign ended = isOver | ended_REG;
   assign mayAbort = (|mayGo) | relay_drops;
+  assign mayLeave = mayLeave_REG | relay_drops;
 endmodule
 
 module WordCounters(
@@ -3582,6 +3588,7 @@ module CanPort(
   wire        _states_aborted;
   wire        _states_ended;
   wire        _states_mayAbort;
+  wire        _states_mayLeave;
   wire        _orderRam_write;
   wire [5:0]  _orderRam_writeAddress;
   wire [35:0] _orderRam_writeData;
@@ -3591,6 +3598,7 @@ module CanPort(
   wire [15:0] _order_mayBegin;
   wire        _order_changedNow;
   wire        _order_changedLate;
+  wire        _order_mayChange;
   wire        _order_append_valid;
   wire [3:0]  _order_append_bits;
   wire        _order_ready;
@@ -3681,7 +3689,7 @@ module CanPort(
   wire        appended = relay_on ? relay_appended : _order_appended;
   reg         shift_begins_REG;
   reg         states_oneShot_REG;
-  reg         order_changedNow_REG;
+  reg         isRequested;
   reg         stamps;
   wire        stamp_valid = relay_on ? relay_stamp_valid : stamps;
   wire [7:0]  stamp_bits_target = {2'h0, relay_on ? relay_stamp_bits : _states_current, 2'h1};
@@ -3704,7 +3712,7 @@ module CanPort(
       mode_listenOnly <= 1'h0;
       engine_mode_run_REG <= 1'h0;
       shift_begins_REG <= 1'h0;
-      order_changedNow_REG <= 1'h0;
+      isRequested <= 1'h0;
       stamps <= 1'h0;
       valid <= 1'h0;
       events_state_REG <= 2'h0;
@@ -3723,7 +3731,7 @@ module CanPort(
       mode_listenOnly <= _front_control_listenOnly;
       engine_mode_run_REG <= runs;
       shift_begins_REG <= _engine_events_takes;
-      order_changedNow_REG <= _front_orders_requested;
+      isRequested <= _front_orders_requested;
       stamps <= ~relay_slots_drops & (_engine_events_sent | ~(_memory_done[1]) & stamps);
       valid <= _engine_events_received | ~accepted & valid;
       events_state_REG <= state;
@@ -3846,8 +3854,9 @@ module CanPort(
     .identified          (_shift_identified)
   );
   assign _order_pending = _states_pending;
-  assign _order_changedNow = _states_mayAbort | order_changedNow_REG;
+  assign _order_changedNow = _states_mayAbort | isRequested;
   assign _order_changedLate = _states_ended;
+  assign _order_mayChange = _states_mayLeave | isRequested;
   assign _order_append_valid = _front_append_valid & ~relay_on;
   assign _order_append_bits = _front_append_bits;
   assign _order_ready = _memory_orderReady;
@@ -3863,6 +3872,7 @@ module CanPort(
     .mayBegin         (_order_mayBegin),
     .changedNow       (_order_changedNow),
     .changedLate      (_order_changedLate),
+    .mayChange        (_order_mayChange),
     .append_valid     (_order_append_valid),
     .append_bits      (_order_append_bits),
     .appended         (_order_appended),
@@ -3925,7 +3935,8 @@ module CanPort(
     .current          (_states_current),
     .aborted          (_states_aborted),
     .ended            (_states_ended),
-    .mayAbort         (_states_mayAbort)
+    .mayAbort         (_states_mayAbort),
+    .mayLeave         (_states_mayLeave)
   );
   assign _words_done = _memory_done[3];
   WordCounters words (
@@ -5201,32 +5212,34 @@ module PassingOn(
   wire        _GEN_9 = _GEN_6 & _GEN_8;
   wire        _GEN_10 = _GEN_7 & target_1[4] & leaves_1;
   wire        _GEN_11 = _GEN_6 & _GEN_10;
-  wire        _GEN_12 = _GEN_10 | _GEN_8;
-  wire        _GEN_13 = _GEN_6 & _GEN_12;
+  wire        _GEN_12 = _GEN_6 & (_GEN_10 | _GEN_8);
   reg         second;
   wire        report_header = second ? _inputs_1_report_header : _inputs_0_report_header;
   wire        report_identified = second ? _inputs_1_report_identified : _inputs_0_report_identified;
   wire        report_bad = second ? _inputs_1_report_bad : _inputs_0_report_bad;
   wire        report_good = second ? _inputs_1_report_good : _inputs_0_report_good;
   wire        report_starts = second ? _inputs_1_report_starts : _inputs_0_report_starts;
-  wire [4:0]  meant = second ? target_1 : target_0;
-  wire        to = report_header ? (second ? ~isUpReg_0 : isUpReg_1) : meant[4];
+  reg         to;
   wire        asks = phase == 5'h3 | phase == 5'hD;
   wire        _tells_T = phase == 5'h5;
   wire        _tells_T_1 = phase == 5'hF;
-  wire        _GEN_14 = second ? passes_1 : passes_0;
-  wire        _GEN_15 = second ? waits_1 : waits_0;
+  wire        _GEN_13 = second ? passes_1 : passes_0;
+  wire        _GEN_14 = second ? waits_1 : waits_0;
   reg         isFull;
   wire        _canPass_T = report_header & on;
-  wire        _GEN_16 = (_tells_T | _tells_T_1) & _canPass_T & ~(second ? _inputs_1_isOwn : _inputs_0_isOwn);
-  wire        _GEN_17 = (second ? _inputs_1_isLast : _inputs_0_isLast) | isFull;
-  wire        _GEN_18 = _GEN_16 & ~_GEN_17 & ~report_bad;
+  wire        _GEN_15 = (_tells_T | _tells_T_1) & _canPass_T & ~(second ? _inputs_1_isOwn : _inputs_0_isOwn);
+  wire        _GEN_16 = (second ? _inputs_1_isLast : _inputs_0_isLast) | isFull;
+  wire        _GEN_17 = _GEN_15 & ~_GEN_16 & ~report_bad;
   wire        _wraps_1_T = to == second;
   wire [4:0]  _target_1_T = {to, _lists_slot};
+  wire        _GEN_18 = _GEN_0 & ~(target_0[4]) & leaves_0;
   wire        _GEN_19 = _tells_T & report_bad;
-  wire        _GEN_20 = report_good & comes_0;
-  wire        _GEN_21 = _tells_T_1 & report_bad & _GEN_10;
-  wire        _GEN_22 = report_good & comes_1;
+  wire        _GEN_20 = _GEN_0 & target_0[4] & leaves_1;
+  wire        _GEN_21 = report_good & comes_0;
+  wire        _GEN_22 = _GEN_7 & ~(target_1[4]) & leaves_0;
+  wire        _GEN_23 = _GEN_7 & target_1[4] & leaves_1;
+  wire        _GEN_24 = _tells_T_1 & report_bad & _GEN_23;
+  wire        _GEN_25 = report_good & comes_1;
   wire        looks_1 = phase == 5'h18;
   wire        asked_0 = phase == 5'h19;
   wire        asked_1 = phase == 5'h1A;
@@ -5243,24 +5256,25 @@ module PassingOn(
   wire        isOwnNext = wants & (noName | _lists_isBefore);
   wire        goes = on & (isOwnNext ? mayOwn : mayPass);
   wire        _lists_order_T = asked_0 ? (&passed_1) : (&passed_0);
-  wire        _GEN_23 = begin_0 & goes;
-  wire        _GEN_24 = _GEN_23 & isOwnNext;
-  wire [8:0]  _GEN_25 = {5'h0, _lists_first};
-  wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _GEN_25;
-  wire        _GEN_26 = begin_1 & goes;
+  wire        _GEN_26 = begin_0 & goes;
   wire        _GEN_27 = _GEN_26 & isOwnNext;
-  wire        _GEN_28 = _GEN_26 ? ~isOwnNext : _GEN_23 & ~isOwnNext;
-  wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_25;
-  wire        _GEN_29 = ~on | _GEN;
-  wire        _GEN_30 = ~on | _GEN_6;
+  wire [8:0]  _GEN_28 = {5'h0, _lists_first};
+  wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _GEN_28;
+  wire        _GEN_29 = begin_1 & goes;
+  wire        _GEN_30 = _GEN_29 & isOwnNext;
+  wire        _GEN_31 = _GEN_29 ? ~isOwnNext : _GEN_26 & ~isOwnNext;
+  wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_28;
+  wire        _GEN_32 = ~on | _GEN;
+  wire        _GEN_33 = ~on | _GEN_6;
   wire [7:0]  _setting_setting_late_T = setting_setting_last_REG - {2'h0, setting_setting_jump_REG};
-  wire [15:0] _GEN_31 = {12'h0, _lists_slot};
+  wire        secondNext = phase > 5'hB;
+  wire [15:0] _GEN_34 = {12'h0, _lists_slot};
   wire [4:0]  silent = asked_1 ? _senders_1_quiet : _senders_0_quiet;
   wire        isUpThen = asked_1 ? isUpReg_1 : isUpReg_0;
   wire [13:0] _setting_setting_sample_T_3 = {1'h0, bitCycles, 5'h0} + {3'h0, bitCycles, 3'h0} + {6'h0, bitCycles};
   wire [9:0]  _setting_setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
-  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_31;
-  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_31;
+  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_34;
+  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_34;
   always @(posedge clock) begin
     setting_setting_last_REG <= bitCycles - 8'h1;
     setting_setting_sample_REG <= _setting_setting_sample_T_3[13:6];
@@ -5269,19 +5283,23 @@ module PassingOn(
     setting_setting_beside_REG <= _setting_setting_late_T;
     setting_setting_late_REG <= _setting_setting_late_T + 8'h1;
     renew_REG <= bitCycles;
-    if (_tells_T & _GEN_18)
+    if (_tells_T & _GEN_17)
       target_0 <= _target_1_T;
-    if (_tells_T_1 & _GEN_18)
+    if (_tells_T_1 & _GEN_17)
       target_1 <= _target_1_T;
-    if (~_GEN_16 | _GEN_17 | to) begin
+    if (~_GEN_15 | _GEN_16 | to) begin
     end
     else
       wraps_0 <= _wraps_1_T ? wraps_0 | _wraps_0_T_1[8:0] : ~(~wraps_0 | _wraps_0_T_1[8:0]);
-    if (~_GEN_16 | _GEN_17 | ~to) begin
+    if (~_GEN_15 | _GEN_16 | ~to) begin
     end
     else
       wraps_1 <= _wraps_1_T ? wraps_1 | _wraps_1_T_1[8:0] : ~(~wraps_1 | _wraps_1_T_1[8:0]);
-    second <= phase > 5'hB;
+    second <= secondNext;
+    to <=
+      (secondNext ? _inputs_1_report_header : _inputs_0_report_header)
+        ? (secondNext ? ~wasUp_0 : wasUp_1)
+        : secondNext ? target_1[4] : target_0[4];
     if (asks)
       isFull <= _lists_size == 4'h8;
     mayOwn <= isUpThen & silent[4];
@@ -5292,21 +5310,21 @@ module PassingOn(
     isSecond <= isSecond_r;
   end // always @(posedge)
   wire [7:0]  _nextCycle_T_1 = (renew ? 8'h0 : cycle) + 8'h1;
-  wire        _GEN_32 = ~_GEN & comes_0;
-  wire        _GEN_33 = _GEN & ~(target_0[4]);
-  wire        _GEN_34 = _GEN & ~(target_1[4]);
-  wire        _GEN_35 = ~_GEN_6 & comes_1;
-  wire        _GEN_36 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
-  wire        _GEN_37 = _GEN_6 | _GEN & _GEN_3;
-  wire        _GEN_38 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
-  wire        _GEN_39 = _GEN_6 ? ~(target_0[4] | _GEN_33) & waits_0 : ~_GEN_33 & waits_0;
-  wire        _GEN_40 = ~(_GEN_6 | _GEN_34) & passes_1;
-  wire        _GEN_41 = _GEN_6 ? ~(target_1[4] | _GEN_34) & waits_1 : ~_GEN_34 & waits_1;
-  wire        _GEN_42 = report_bad | report_good;
-  wire        _GEN_43 = _tells_T & report_bad & _GEN_1;
-  wire        _GEN_44 = _GEN_20 | report_bad;
-  wire        _GEN_45 = _GEN_22 | report_bad;
-  wire [4:0]  _GEN_46 = {begin_1, _lists_first};
+  wire        _GEN_35 = ~_GEN & comes_0;
+  wire        _GEN_36 = _GEN & ~(target_0[4]);
+  wire        _GEN_37 = _GEN & ~(target_1[4]);
+  wire        _GEN_38 = ~_GEN_6 & comes_1;
+  wire        _GEN_39 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
+  wire        _GEN_40 = _GEN_6 | _GEN & _GEN_3;
+  wire        _GEN_41 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
+  wire        _GEN_42 = _GEN_6 ? ~(target_0[4] | _GEN_36) & waits_0 : ~_GEN_36 & waits_0;
+  wire        _GEN_43 = ~(_GEN_6 | _GEN_37) & passes_1;
+  wire        _GEN_44 = _GEN_6 ? ~(target_1[4] | _GEN_37) & waits_1 : ~_GEN_37 & waits_1;
+  wire        _GEN_45 = report_bad | report_good;
+  wire        _GEN_46 = _tells_T & report_bad & _GEN_18;
+  wire        _GEN_47 = _GEN_21 | report_bad;
+  wire        _GEN_48 = _GEN_25 | report_bad;
+  wire [4:0]  _GEN_49 = {begin_1, _lists_first};
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       renew <= 1'h0;
@@ -5356,22 +5374,22 @@ module PassingOn(
         isUpReg_0 <= wasUp_0;
       if (_GEN_6)
         isUpReg_1 <= wasUp_1;
-      comes_0 <= on & (_tells_T ? ~_GEN_44 & (_canPass_T | _GEN_32) : _GEN_32);
-      comes_1 <= on & (_tells_T_1 ? ~_GEN_45 & (_canPass_T | _GEN_35) : _GEN_35);
-      passes_0 <= on & (_tells_T ? ~_GEN_44 & (_GEN_18 | _GEN_38) : _GEN_38);
-      passes_1 <= on & (_tells_T_1 ? ~_GEN_45 & (_GEN_18 | _GEN_40) : _GEN_40);
+      comes_0 <= on & (_tells_T ? ~_GEN_47 & (_canPass_T | _GEN_35) : _GEN_35);
+      comes_1 <= on & (_tells_T_1 ? ~_GEN_48 & (_canPass_T | _GEN_38) : _GEN_38);
+      passes_0 <= on & (_tells_T ? ~_GEN_47 & (_GEN_17 | _GEN_41) : _GEN_41);
+      passes_1 <= on & (_tells_T_1 ? ~_GEN_48 & (_GEN_17 | _GEN_43) : _GEN_43);
       waits_0 <=
-        ~(~on | _GEN_28 & target_0 == _GEN_46) & (_tells_T ? _GEN_18 | ~(_GEN_42 | ~passes_0) & _GEN_39 : _GEN_39);
+        ~(~on | _GEN_31 & target_0 == _GEN_49) & (_tells_T ? _GEN_17 | ~(_GEN_45 | ~passes_0) & _GEN_42 : _GEN_42);
       waits_1 <=
-        ~(~on | _GEN_28 & target_1 == _GEN_46) & (_tells_T_1 ? _GEN_18 | ~(_GEN_42 | ~passes_1) & _GEN_41 : _GEN_41);
+        ~(~on | _GEN_31 & target_1 == _GEN_49) & (_tells_T_1 ? _GEN_17 | ~(_GEN_45 | ~passes_1) & _GEN_44 : _GEN_44);
       leaves_0 <=
-        on & (_GEN_23 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_8 | _GEN_43) & _GEN_36 : ~_GEN_43 & _GEN_36);
+        on & (_GEN_26 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_22 | _GEN_46) & _GEN_39 : ~_GEN_46 & _GEN_39);
       leaves_1 <=
-        on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_37) & leaves_1 : ~_GEN_37 & leaves_1));
+        on & (_GEN_29 ? ~isOwnNext : ~_GEN_24 & (_GEN_19 ? ~(_GEN_20 | _GEN_40) & leaves_1 : ~_GEN_40 & leaves_1));
       begin_0 <= asked_0;
       begin_1 <= asked_1;
       if (on) begin
-        if (_GEN_23) begin
+        if (_GEN_26) begin
           if (isOwnNext) begin
             if (isSecond)
               passed_0 <= 7'h0;
@@ -5379,7 +5397,7 @@ module PassingOn(
           else
             passed_0 <= passed_0 + {6'h0, ~(&passed_0)};
         end
-        if (_GEN_26) begin
+        if (_GEN_29) begin
           if (isOwnNext) begin
             if (isSecond)
               passed_1 <= 7'h0;
@@ -5470,16 +5488,16 @@ module PassingOn(
     .badHeader             (counts_badHeader_1),
     .badFrame              (counts_badFrame_1)
   );
-  assign _senders_0_abort = _tells_T_1 & report_bad & _GEN_8 | (_GEN_19 ? _GEN_1 | _GEN_9 | _GEN_2 : _GEN_9 | _GEN_2);
+  assign _senders_0_abort = _tells_T_1 & report_bad & _GEN_22 | (_GEN_19 ? _GEN_18 | _GEN_9 | _GEN_2 : _GEN_9 | _GEN_2);
   assign _senders_0_byte_valid = _store_fetched_0 | fetched_0_valid;
   assign _senders_0_byte_bits = _senders_0_isOwn ? fetched_0_bits : _store_data;
   LinkSender senders_0 (
     .clock       (clock),
     .reset       (reset),
-    .begin_0     (_GEN_23),
-    .own         (_GEN_24),
+    .begin_0     (_GEN_26),
+    .own         (_GEN_27),
     .abort       (_senders_0_abort),
-    .silence     (_GEN_29),
+    .silence     (_GEN_32),
     .step        (_tick_output),
     .level       (level_0),
     .quiet       (_senders_0_quiet),
@@ -5489,16 +5507,16 @@ module PassingOn(
     .byte_valid  (_senders_0_byte_valid),
     .byte_bits   (_senders_0_byte_bits)
   );
-  assign _senders_1_abort = _GEN_21 | (_GEN_19 ? _GEN_3 | _GEN_11 | _GEN_4 : _GEN_11 | _GEN_4);
+  assign _senders_1_abort = _GEN_24 | (_GEN_19 ? _GEN_20 | _GEN_11 | _GEN_4 : _GEN_11 | _GEN_4);
   assign _senders_1_byte_valid = _store_fetched_1 | fetched_1_valid;
   assign _senders_1_byte_bits = _senders_1_isOwn ? fetched_1_bits : _store_data;
   LinkSender senders_1 (
     .clock       (clock),
     .reset       (reset),
-    .begin_0     (_GEN_26),
-    .own         (_GEN_27),
+    .begin_0     (_GEN_29),
+    .own         (_GEN_30),
     .abort       (_senders_1_abort),
-    .silence     (_GEN_30),
+    .silence     (_GEN_33),
     .step        (_tick_output),
     .level       (level_1),
     .quiet       (_senders_1_quiet),
@@ -5510,9 +5528,9 @@ module PassingOn(
   );
   assign _lists_out = asked_0 | asked_1 ? asked_1 : to;
   assign _lists_asks = asks & report_header;
-  assign _lists_ranks = asks & report_identified & ~report_bad & _GEN_14 & _GEN_15;
-  assign _lists_removes = asks & _GEN_15 & (~_GEN_14 | report_bad);
-  assign _lists_it = meant[3:0];
+  assign _lists_ranks = asks & report_identified & ~report_bad & _GEN_13 & _GEN_14;
+  assign _lists_removes = asks & _GEN_14 & (~_GEN_13 | report_bad);
+  assign _lists_it = second ? target_1[3:0] : target_0[3:0];
   assign _lists_looks_valid = phase == 5'h17 | looks_1;
   assign _lists_order = order[31] ? {~_lists_order_T, {31{_lists_order_T}}} : order;
   TransitLists lists (
@@ -5533,7 +5551,7 @@ module PassingOn(
     .size                    (_lists_size),
     .known                   (_lists_known),
     .asks                    (_lists_asks),
-    .put                     (_GEN_18),
+    .put                     (_GEN_17),
     .ranks                   (_lists_ranks),
     .removes                 (_lists_removes),
     .it                      (_lists_it),
@@ -5541,15 +5559,15 @@ module PassingOn(
     .looks_bits              (looks_1),
     .order                   (_lists_order),
     .isBefore                (_lists_isBefore),
-    .take                    (_GEN_28),
+    .take                    (_GEN_31),
     .first                   (_lists_first),
     .slot                    (_lists_slot),
     .leaving_0               (_lists_leaving_0),
     .leaving_1               (_lists_leaving_1),
-    .drop_0                  (_GEN_29),
-    .drop_1                  (_GEN_30)
+    .drop_0                  (_GEN_32),
+    .drop_1                  (_GEN_33)
   );
-  assign _store_copies_valid = _GEN_16 & ~_GEN_17;
+  assign _store_copies_valid = _GEN_15 & ~_GEN_16;
   assign _store_fetch_0_valid = _senders_0_fetch_valid & ~_senders_0_isOwn;
   assign _store_fetch_1_valid = _senders_1_fetch_valid & ~_senders_1_isOwn;
   assign _store_slot_0 = {1'h0, _lists_leaving_0};
@@ -5589,8 +5607,8 @@ module PassingOn(
   assign tick = _tick_output;
   assign isUp_0 = wasUp_0;
   assign isUp_1 = wasUp_1;
-  assign begins_0 = _GEN_24;
-  assign begins_1 = _GEN_27;
+  assign begins_0 = _GEN_27;
+  assign begins_1 = _GEN_30;
   assign fetch_0_valid = _senders_0_fetch_valid & _senders_0_isOwn;
   assign fetch_0_bits = _senders_0_fetch_bits;
   assign fetch_1_valid = _senders_1_fetch_valid & _senders_1_isOwn;
@@ -5601,15 +5619,15 @@ module PassingOn(
   assign starts_1 = _tells_T_1 & report_starts;
   assign identified_0 = _tells_T & report_identified & comes_0;
   assign identified_1 = _tells_T_1 & report_identified & comes_1;
-  assign received_0 = _tells_T & _GEN_20;
-  assign received_1 = _tells_T_1 & _GEN_22;
+  assign received_0 = _tells_T & _GEN_21;
+  assign received_1 = _tells_T_1 & _GEN_25;
   assign data = _store_data;
-  assign counts_stray = _GEN_16 & _GEN_17;
+  assign counts_stray = _GEN_15 & _GEN_16;
   assign counts_aborted =
-    _tells_T_1 & report_bad & _GEN_12 | (_GEN_19 ? _GEN_3 | _GEN_1 | _GEN_13 | _GEN_5 : _GEN_13 | _GEN_5);
-  assign counts_wrapped = _GEN_16 & ~_GEN_17 & _wraps_1_T;
-  assign counts_passed_0 = _GEN_26 & ~isOwnNext & ~(_counts_passed_0_T_1[0]);
-  assign counts_passed_1 = _GEN_23 & ~isOwnNext & ~(_counts_passed_1_T_1[0]);
+    _tells_T_1 & report_bad & (_GEN_23 | _GEN_22) | (_GEN_19 ? _GEN_20 | _GEN_18 | _GEN_12 | _GEN_5 : _GEN_12 | _GEN_5);
+  assign counts_wrapped = _GEN_15 & ~_GEN_16 & _wraps_1_T;
+  assign counts_passed_0 = _GEN_29 & ~isOwnNext & ~(_counts_passed_0_T_1[0]);
+  assign counts_passed_1 = _GEN_26 & ~isOwnNext & ~(_counts_passed_1_T_1[0]);
 endmodule
 
 module SlotList(
@@ -5680,13 +5698,17 @@ module SlotList(
   reg         isIn;
   reg         isNew;
   wire        _read_valid_output = isNew & ~isAsked & ~isHeld;
+  reg         isBy;
+  reg  [31:0] by_REG_key;
+  reg  [3:0]  by_REG_slot;
   reg  [31:0] by_key;
   reg  [3:0]  by_slot;
   reg         wasBy;
   reg         isKept;
-  wire        isOver = walks & ~comes & ~passes & ~entry_valid_REG & ~wasBy;
+  wire        isOver = walks & ~comes & ~passes & ~entry_valid_REG & ~isBy & ~wasBy;
+  reg         isLess_REG;
   reg         isLess;
-  wire        first = joins & ~isIn & entry_valid_REG & isLess;
+  wire        first = joins & ~isIn & isBy & isLess;
   wire        isLast = joins & ~isIn & isOver;
   wire [4:0]  _behind_T = to + 5'h1;
   wire        _appended_output = isOver & joins;
@@ -5707,6 +5729,7 @@ module SlotList(
       joins <= 1'h0;
       isIn <= 1'h0;
       isNew <= 1'h0;
+      isBy <= 1'h0;
       wasBy <= 1'h0;
       isKept <= 1'h0;
     end
@@ -5731,16 +5754,17 @@ module SlotList(
         else if (isKept)
           to <= _behind_T;
       end
-      comes <= reads;
-      passes <= comes;
-      entry_valid_REG <= passes;
+      comes <= reads & on;
+      passes <= comes & on;
+      entry_valid_REG <= passes & on;
       isAsked <= _read_valid_output & ready;
       isHeld <= on & (isOver ? isHeld & ~joins : isAsked | isHeld);
       joins <= ~_GEN & (walk ? isHeld : joins);
       isIn <= ~_GEN & (first | isIn);
       isNew <= append_valid & ~_appended_output;
-      wasBy <= entry_valid_REG;
-      isKept <= entry_valid_REG & keeps;
+      isBy <= entry_valid_REG & on;
+      wasBy <= isBy;
+      isKept <= isBy & keeps & on;
     end
   end // always @(posedge, posedge)
   wire [30:0] _differs_T = passing_key[31:1] ^ ram_readData[35:5];
@@ -5767,7 +5791,7 @@ module SlotList(
     isSame_15 <= comes & _differs_T[30:29] == 2'h0;
     entry_bits_slot_REG <= passing_slot;
     entry_bits_place_REG <= passingAt;
-    if (first | isIn & entry_valid_REG) begin
+    if (first | isIn & isBy) begin
       held_key <= by_key;
       held_slot <= by_slot;
     end
@@ -5775,9 +5799,12 @@ module SlotList(
       held_key <= key;
       held_slot <= append_bits;
     end
-    by_key <= passing_key;
-    by_slot <= passing_slot;
-    isLess <= held_key < passing_key;
+    by_REG_key <= passing_key;
+    by_REG_slot <= passing_slot;
+    by_key <= by_REG_key;
+    by_slot <= by_REG_slot;
+    isLess_REG <= held_key < passing_key;
+    isLess <= isLess_REG;
   end // always @(posedge)
   assign entry_valid = entry_valid_REG;
   assign entry_bits_slot = entry_bits_slot_REG;
@@ -5792,7 +5819,7 @@ module SlotList(
   assign read_valid = _read_valid_output;
   assign read_bits = append_bits;
   assign looked = ram_readData[35:4];
-  assign ram_write = isIn ? isKept : entry_valid_REG | isLast;
+  assign ram_write = isIn ? isKept : isBy | isLast;
   assign ram_writeAddress = {1'h0, ~bank, isIn | ~isKept ? to[3:0] : _behind_T[3:0]};
   assign ram_writeData = {_ram_writeData_T_1 ? held_key : by_key, _ram_writeData_T_1 ? held_slot : by_slot};
   assign ram_readAddress = {1'h0, reads ? {bank, at[3:0]} : {bank ^ ~walks, look}};
@@ -6044,7 +6071,7 @@ module OwnFrames(
   reg  [1:0]  due_kind;
   reg  [13:0] due_sequence;
   reg  [13:0] ahead;
-  wire        asked1 = phase == 5'h1A;
+  reg         asked1;
   reg         chosen_0_valid;
   reg  [3:0]  chosen_0_bits_slot;
   reg         chosen_0_bits_isNew;
@@ -6068,7 +6095,6 @@ module OwnFrames(
   reg         wasWaiting;
   reg         wasBegun;
   reg         isAborted;
-  wire        isOnWay = isFirst ? announces : wasBegun;
   reg         isIt_0;
   reg         isIt_1;
   reg         began_0;
@@ -6079,84 +6105,68 @@ module OwnFrames(
   reg         hasBegun_1;
   reg         isBegin;
   reg         isFresh;
-  wire [3:0]  _latest_T = next[3:0] - 4'h1;
   reg         isTheirs_0;
   reg         isTheirs_1;
-  wire        isPast = ~isBegin & (&was_left);
-  wire        isTime = isPast | (isBegin ? setting_confirm == 16'h0 : was_left == 20'h0) & unitNow;
-  wire [3:0]  r3_sequence = isFresh ? _latest_T : was_sequence;
-  wire        isUseless =
-    isAborted & ~isFirst | setting_oneShot | (isFresh ? setting_retries == 8'h0 : was_repeats >= setting_retries);
-  wire        _GEN = hasBegun_1 & (&was_left) & (&was_copies_0) & ~isFresh;
-  wire [1:0]  r0_copies_0 =
-    hasBegun_0 ? 2'h2 : _GEN ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_0} : was_copies_0;
-  wire        _GEN_0 = hasBegun_0 & (&was_left) & (&was_copies_1) & ~isFresh;
-  wire [1:0]  r0_copies_1 =
-    hasBegun_1 ? 2'h2 : _GEN_0 ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_1} : was_copies_1;
-  wire        _GEN_1 = down_1 & isTime & (&r0_copies_0);
-  wire [1:0]  r1_copies_0 =
-    down_0 ? 2'h0 : _GEN_1 ? (isUseless ? 2'h2 : 2'h1) : rises_0 & r0_copies_0 == 2'h0 ? 2'h1 : r0_copies_0;
-  wire        _GEN_2 = down_0 & isTime & (&r0_copies_1);
-  wire [1:0]  r1_copies_1 =
-    down_1 ? 2'h0 : _GEN_2 ? (isUseless ? 2'h2 : 2'h1) : rises_1 & r0_copies_1 == 2'h0 ? 2'h1 : r0_copies_1;
-  wire        came_0 = isOwn_0 & (isFirst | isTheirs_0);
-  wire        came_1 = isOwn_1 & (isFirst | isTheirs_1);
-  wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;
-  wire        _GEN_3 = came_0 & _isConfirmed_T_22;
-  wire [1:0]  r2_copies_0 = _GEN_3 ? 2'h3 : r1_copies_0;
-  wire        _isConfirmed_T_23 = r1_copies_1 == 2'h2;
-  wire        _GEN_4 = came_1 & _isConfirmed_T_23;
-  wire [1:0]  r2_copies_1 = _GEN_4 ? 2'h3 : r1_copies_1;
-  wire        _again_T_6 = r0_copies_0 == 2'h1;
-  wire        _again_T_7 = r0_copies_1 == 2'h1;
-  wire        _again_T_11 = r0_copies_0 == 2'h2;
-  wire        _again_T_12 = r0_copies_1 == 2'h2;
-  wire        _isOver_T = r2_copies_0 == 2'h1;
-  wire        _isOver_T_1 = r2_copies_1 == 2'h1;
+  reg  [3:0]  r_sequence;
+  reg  [7:0]  r_repeats;
+  reg  [19:0] r_left;
+  reg  [1:0]  r_copies_0;
+  reg  [1:0]  r_copies_1;
+  reg         lateFirst;
+  reg         lateSlot;
+  reg         lateAborted;
+  reg         lateActs;
+  reg         lateUseless;
+  reg         lateSent;
+  reg         lateOnWay;
+  reg  [3:0]  lateListed;
+  reg         came_r;
+  wire        came_0 = isOwn_0 & (lateFirst | came_r);
+  reg         came_r_1;
+  wire        came_1 = isOwn_1 & (lateFirst | came_r_1);
+  wire        _GEN = came_0 & r_copies_0 == 2'h2;
+  wire [1:0]  r2_copies_0 = _GEN ? 2'h3 : r_copies_0;
+  wire        _GEN_0 = came_1 & r_copies_1 == 2'h2;
+  wire [1:0]  r2_copies_1 = _GEN_0 ? 2'h3 : r_copies_1;
+  reg         isConfirmed_r;
   wire        isConfirmed =
-    came_0 & homes_0_leftBy | came_1 & ~homes_1_leftBy | ((&r0_copies_0) | (&r0_copies_1)) & ~(_again_T_6 | _again_T_7)
-    & ~(_again_T_11 | _again_T_12) | ((&r1_copies_0) | (&r1_copies_1)) & ~(r1_copies_0 == 2'h1 | r1_copies_1 == 2'h1)
-    & ~(_isConfirmed_T_22 | _isConfirmed_T_23) | ((&r2_copies_0) | (&r2_copies_1)) & ~(_isOver_T | _isOver_T_1)
-    & ~(r2_copies_0 == 2'h2 | r2_copies_1 == 2'h2);
-  wire        isSent = isSending_REG & ~down_0 & isIt_0 | isSending_REG_1 & ~down_1 & isIt_1;
-  wire        _again_T = setting_on & isOnWay;
-  wire        acts = _again_T & ~isSent;
-  wire        expires = acts & ~isConfirmed & ~alone & (|state) & isTime & ~(_isOver_T | _isOver_T_1) & ~inConflict;
-  wire        repeats = expires & ~isUseless;
-  wire        well = acts & isConfirmed;
-  wire        isWaiting = setting_on & ~isFirst & ~isOnWay & wasWaiting;
-  wire        isGivenUp = isWaiting & isAborted;
+    came_0 & homes_0_leftBy | came_1 & ~homes_1_leftBy | isConfirmed_r | ((&r2_copies_0) | (&r2_copies_1))
+    & ~(r2_copies_0 == 2'h1 | r2_copies_1 == 2'h1) & ~(r2_copies_0 == 2'h2 | r2_copies_1 == 2'h2);
+  reg         expires_r;
+  wire        expires = lateActs & ~isConfirmed & ~alone & (|state) & expires_r & ~inConflict;
+  wire        repeats = expires & ~lateUseless;
+  wire        well = lateActs & isConfirmed;
+  reg         isWaiting;
+  wire        isGivenUp = isWaiting & lateAborted;
   wire        isDone =
-    well | acts & ~isConfirmed & (alone | ~(|state)) | expires & isUseless | isGivenUp | isWaiting & alone;
-  wire        _counts_repeated_T_1 =
-    repeats | _again_T & (_GEN_1 | _GEN | _GEN_2 | _GEN_0)
-    & ~(((&r0_copies_0) | (&r0_copies_1)) & ~(_again_T_6 | _again_T_7) & ~(_again_T_11 | _again_T_12)) & ~isUseless;
-  wire        _isListen_T = isFirst & ~(|state);
-  wire        _GEN_5 = repeats | _isListen_T;
-  wire [1:0]  r3_copies_0 = _GEN_5 ? {1'h0, isUp_0} : isConfirmed | _GEN_3 ? 2'h3 : r1_copies_0;
-  wire [1:0]  r3_copies_1 = _GEN_5 ? {1'h0, isUp_1} : isConfirmed | _GEN_4 ? 2'h3 : r1_copies_1;
+    well | lateActs & ~isConfirmed & (alone | ~(|state)) | expires & lateUseless | isGivenUp | isWaiting & alone;
+  reg         isMore_r;
+  wire        isMore = repeats | isMore_r;
+  wire        _GEN_1 = lateFirst & ~(|state);
+  wire        _GEN_2 = repeats | _GEN_1;
+  wire [1:0]  r3_copies_0 = _GEN_2 ? {1'h0, isUp_0} : isConfirmed | _GEN ? 2'h3 : r_copies_0;
+  wire [1:0]  r3_copies_1 = _GEN_2 ? {1'h0, isUp_1} : isConfirmed | _GEN_0 ? 2'h3 : r_copies_1;
+  reg         r3_left_r;
   wire        isListening = setting_on & ~(|state) & ~alone & (|setting_address);
-  wire        tells = isListening & isCounting & isTime & begunMap == 16'h0 & ~isSent;
+  reg         tells_r;
+  wire        tells = isListening & isCounting & tells_r & begunMap == 16'h0 & ~lateSent;
   reg         lifeWaits_0;
   reg         lifeWaits_1;
-  wire        _keeps_output = wasWaiting & ~isDone;
+  reg         keeps_r;
+  wire        _keeps_output = keeps_r & ~isDone;
   reg         ends_valid_REG;
   reg  [3:0]  ends_bits_REG;
   reg         sent_REG;
   reg         counts_failed_REG;
+  wire        _records_io_write_T = lateSlot | lateFirst;
   reg         counts_repeated_REG;
-  reg  [3:0]  stays_sequence;
-  reg  [7:0]  stays_repeats;
-  reg  [19:0] stays_left;
-  reg  [1:0]  stays_copies_0;
-  reg  [1:0]  stays_copies_1;
-  reg         isLess;
-  reg         records_io_write_REG;
-  reg  [4:0]  records_io_writeAddress_REG;
-  wire        _GEN_6 = r3_copies_0 == 2'h1;
-  wire        _GEN_7 = r3_copies_1 == 2'h1;
-  wire        _GEN_8 =
-    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_6 | _GEN_7) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
+  reg  [3:0]  choice_entry_bits_listed_r_slot;
+  reg  [3:0]  choice_entry_bits_listed_r_place;
+  reg         choice_entry_bits_listed_r_sameAsNext;
+  wire        _GEN_3 = r3_copies_0 == 2'h1;
+  wire        _GEN_4 = r3_copies_1 == 2'h1;
+  wire        _GEN_5 =
+    ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_3 | _GEN_4) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
   wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
   wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
@@ -6168,14 +6178,13 @@ module OwnFrames(
   wire        isData = due_kind == 2'h0;
   wire        isLife = due_kind == 2'h1;
   wire        isBehind = ahead[13] & (&(ahead[12:4]));
-  wire [13:0] _GEN_9 = {7'h0, life};
-  wire        _GEN_10 =
-    isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_9);
-  wire        _GEN_11 = _walk_output & _GEN_10;
-  wire        _records_io_write_T = entry_valid | isFirst;
+  wire [13:0] _GEN_6 = {7'h0, life};
+  wire        _GEN_7 =
+    isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_6);
+  wire        _GEN_8 = _walk_output & _GEN_7;
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
-  wire        _GEN_12 = _lateStart_T & isResting | ~setting_on;
+  wire        _GEN_9 = _lateStart_T & isResting | ~setting_on;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -6215,17 +6224,18 @@ module OwnFrames(
       began_1 <= 1'h0;
       beganNew_0 <= 1'h0;
       beganNew_1 <= 1'h0;
+      lateFirst <= 1'h0;
+      lateSlot <= 1'h0;
       ends_valid_REG <= 1'h0;
       counts_repeated_REG <= 1'h0;
-      records_io_write_REG <= 1'h0;
     end
     else begin
-      if (_GEN_12) begin
+      if (_GEN_9) begin
         state <= 2'h0;
         next <= 14'h0;
       end
       else begin
-        if (isFirst) begin
+        if (lateFirst) begin
           if (announces & isDone)
             state <= {~alone, 1'h0};
           else if (tells)
@@ -6234,9 +6244,9 @@ module OwnFrames(
         if (nextIsNew)
           next <= next + 14'h1;
       end
-      isCounting <= ~_GEN_12 & (isFirst ? isListening : isCounting);
-      isAhead <= ~_GEN_12 & (nextIsNew | isAhead);
-      inConflict <= ~_GEN_12 & (nearsFirst ? _GEN_10 | _GEN_11 | inConflict : _GEN_11 | inConflict);
+      isCounting <= ~_GEN_9 & (lateFirst ? isListening : isCounting);
+      isAhead <= ~_GEN_9 & (nextIsNew | isAhead);
+      inConflict <= ~_GEN_9 & (nearsFirst ? _GEN_7 | _GEN_8 | inConflict : _GEN_8 | inConflict);
       if (setting_on) begin
         if (nextIsNew)
           begunMap <= begunMap | oneSlot;
@@ -6268,13 +6278,13 @@ module OwnFrames(
       if (begins_0) begin
         leavesReg_0_isLife <= isLife1;
         leavesReg_0_slot <= it_slot;
-        leavesReg_0_sequence <= isLife1 ? _GEN_9 : sequence_0;
+        leavesReg_0_sequence <= isLife1 ? _GEN_6 : sequence_0;
       end
       leavesReg_1_valid <= setting_on & (begins_1 | ~(down_1 & _look_T) & leavesReg_1_valid);
       if (begins_1) begin
         leavesReg_1_isLife <= isLife1;
         leavesReg_1_slot <= it_slot;
-        leavesReg_1_sequence <= isLife1 ? _GEN_9 : sequence_0;
+        leavesReg_1_sequence <= isLife1 ? _GEN_6 : sequence_0;
       end
       hasHome_0 <= setting_on & (home_0_valid | ~(_look_T & isDue_0) & hasHome_0);
       hasHome_1 <= setting_on & (home_1_valid | ~(_look_T & isDue_1) & hasHome_1);
@@ -6288,9 +6298,10 @@ module OwnFrames(
       began_1 <= setting_on & (begins_1 | ~_look_T & began_1);
       beganNew_0 <= setting_on & (begins_0 ? nextIsNew : ~_look_T & beganNew_0);
       beganNew_1 <= setting_on & (begins_1 ? nextIsNew : ~_look_T & beganNew_1);
-      ends_valid_REG <= entry_valid & isDone & onNext;
-      counts_repeated_REG <= _records_io_write_T & _counts_repeated_T_1;
-      records_io_write_REG <= _records_io_write_T;
+      lateFirst <= isFirst;
+      lateSlot <= entry_valid;
+      ends_valid_REG <= lateSlot & isDone & onNext;
+      counts_repeated_REG <= _records_io_write_T & isMore & setting_on;
     end
   end // always @(posedge, posedge)
   wire        _lifeWaits_1_T_7 = r3_copies_0 == 2'h1;
@@ -6298,12 +6309,37 @@ module OwnFrames(
   wire        _lifeWaits_1_T_12 = r3_copies_0 == 2'h2;
   wire        _lifeWaits_1_T_13 = r3_copies_1 == 2'h2;
   wire [13:0] nearlyDue_sequence = _walk_output ? homes_1_sequence : homes_0_sequence;
+  wire        isOnWay = isFirst ? announces : wasBegun;
   wire        isItSoon_0 = nearsFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == nears_bits;
   wire        isItSoon_1 = nearsFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == nears_bits;
   wire        _isBegin_T = began_0 & isItSoon_0;
   wire        _isBegin_T_1 = began_1 & isItSoon_1;
   wire        isNewest = beganNew_0 & isItSoon_0 | beganNew_1 & isItSoon_1;
-  wire [7:0]  r2_repeats = isFresh ? 8'h0 : was_repeats;
+  wire [3:0]  _latest_T = next[3:0] - 4'h1;
+  wire        isPast = ~isBegin & (&was_left);
+  wire        isTime = isPast | (isBegin ? setting_confirm == 16'h0 : was_left == 20'h0) & unitNow;
+  wire        isUseless =
+    isAborted & ~isFirst | setting_oneShot | (isFresh ? setting_retries == 8'h0 : was_repeats >= setting_retries);
+  wire        _GEN_10 = hasBegun_1 & (&was_left) & (&was_copies_0) & ~isFresh;
+  wire [1:0]  r0_copies_0 =
+    hasBegun_0 ? 2'h2 : _GEN_10 ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_0} : was_copies_0;
+  wire        _GEN_11 = hasBegun_0 & (&was_left) & (&was_copies_1) & ~isFresh;
+  wire [1:0]  r0_copies_1 =
+    hasBegun_1 ? 2'h2 : _GEN_11 ? (isUseless ? 2'h2 : 2'h1) : isFresh ? {1'h0, wereUp_1} : was_copies_1;
+  wire        _GEN_12 = down_1 & isTime & (&r0_copies_0);
+  wire [1:0]  r1_copies_0 =
+    down_0 ? 2'h0 : _GEN_12 ? (isUseless ? 2'h2 : 2'h1) : rises_0 & r0_copies_0 == 2'h0 ? 2'h1 : r0_copies_0;
+  wire        _GEN_13 = down_0 & isTime & (&r0_copies_1);
+  wire [1:0]  r1_copies_1 =
+    down_1 ? 2'h0 : _GEN_13 ? (isUseless ? 2'h2 : 2'h1) : rises_1 & r0_copies_1 == 2'h0 ? 2'h1 : r0_copies_1;
+  wire        isSent = isSending_REG & ~down_0 & isIt_0 | isSending_REG_1 & ~down_1 & isIt_1;
+  wire        _again_T = setting_on & isOnWay;
+  wire        _isConfirmed_T_16 = r1_copies_0 == 2'h1;
+  wire        _isConfirmed_T_17 = r1_copies_1 == 2'h1;
+  wire        _isConfirmed_T_3 = r0_copies_0 == 2'h1;
+  wire        _isConfirmed_T_4 = r0_copies_1 == 2'h1;
+  wire        _isConfirmed_T_8 = r0_copies_0 == 2'h2;
+  wire        _isConfirmed_T_9 = r0_copies_1 == 2'h2;
   wire [15:0] _isAborted_T = aborted >> nears_bits;
   wire [26:0] _r0_left_T = {11'h0, setting_confirm} << (was_repeats > 8'h4 ? 3'h4 : was_repeats[2:0]);
   always @(posedge clock) begin
@@ -6330,6 +6366,7 @@ module OwnFrames(
     due_kind <= _walk_output ? homes_1_kind : homes_0_kind;
     due_sequence <= nearlyDue_sequence;
     ahead <= nearlyDue_sequence - next;
+    asked1 <= phase == 5'h19 & ~tick;
     chosen_0_valid <= _choice_next_0_valid;
     chosen_0_bits_slot <= _choice_next_0_bits_slot;
     chosen_0_bits_isNew <= _choice_next_0_bits_isNew;
@@ -6358,7 +6395,32 @@ module OwnFrames(
     isFresh <= isNewest;
     isTheirs_0 <= isNewest ? homes_0_sequence[3:0] == _latest_T : homes_0_sequence[3:0] == _records_readData[35:32];
     isTheirs_1 <= isNewest ? homes_1_sequence[3:0] == _latest_T : homes_1_sequence[3:0] == _records_readData[35:32];
-    if (isFirst) begin
+    r_sequence <= isFresh ? _latest_T : was_sequence;
+    r_repeats <= isFresh ? 8'h0 : was_repeats;
+    r_left <= isBegin ? (isFresh ? {4'h0, setting_confirm} : _r0_left_T[19:0]) : was_left;
+    r_copies_0 <= r1_copies_0;
+    r_copies_1 <= r1_copies_1;
+    lateAborted <= isAborted;
+    lateActs <= _again_T & ~isSent;
+    lateUseless <= isUseless;
+    lateSent <= isSent;
+    lateOnWay <= isOnWay;
+    lateListed <= entry_bits_slot;
+    came_r <= isTheirs_0;
+    came_r_1 <= isTheirs_1;
+    isConfirmed_r <=
+      ((&r0_copies_0) | (&r0_copies_1)) & ~(_isConfirmed_T_3 | _isConfirmed_T_4)
+      & ~(_isConfirmed_T_8 | _isConfirmed_T_9) | ((&r1_copies_0) | (&r1_copies_1))
+      & ~(_isConfirmed_T_16 | _isConfirmed_T_17) & ~(r1_copies_0 == 2'h2 | r1_copies_1 == 2'h2);
+    expires_r <= isTime & ~(_isConfirmed_T_16 | _isConfirmed_T_17);
+    isWaiting <= setting_on & ~isFirst & ~isOnWay & wasWaiting;
+    isMore_r <=
+      _again_T & (_GEN_12 | _GEN_10 | _GEN_13 | _GEN_11)
+      & ~(((&r0_copies_0) | (&r0_copies_1)) & ~(_isConfirmed_T_3 | _isConfirmed_T_4)
+          & ~(_isConfirmed_T_8 | _isConfirmed_T_9)) & ~isUseless;
+    r3_left_r <= unitNow & ~isPast;
+    tells_r <= isTime;
+    if (lateFirst) begin
       lifeWaits_0 <=
         (tells | announces & ~isDone) & _lifeWaits_1_T_7
         & ~(((&r3_copies_0) | (&r3_copies_1)) & ~(_lifeWaits_1_T_7 | _lifeWaits_1_T_8)
@@ -6368,23 +6430,21 @@ module OwnFrames(
         & ~(((&r3_copies_0) | (&r3_copies_1)) & ~(_lifeWaits_1_T_7 | _lifeWaits_1_T_8)
             & ~(_lifeWaits_1_T_12 | _lifeWaits_1_T_13));
     end
-    ends_bits_REG <= entry_bits_slot;
+    keeps_r <= wasWaiting & setting_on;
+    ends_bits_REG <= lateListed;
     sent_REG <= well;
     counts_failed_REG <= isGivenUp;
-    stays_sequence <= r3_sequence;
-    stays_repeats <= _isListen_T ? 8'h0 : _counts_repeated_T_1 ? r2_repeats + 8'h1 : r2_repeats;
-    stays_left <=
-      _isListen_T & ~isCounting
-        ? {3'h0, setting_confirm, 1'h0}
-        : isBegin ? (isFresh ? {4'h0, setting_confirm} : _r0_left_T[19:0]) : was_left;
-    stays_copies_0 <= r3_copies_0;
-    stays_copies_1 <= r3_copies_1;
-    isLess <= unitNow & ~isPast & ~(_isListen_T & ~isCounting);
-    records_io_writeAddress_REG <= isFirst ? 5'h10 : {1'h0, entry_bits_slot};
+    choice_entry_bits_listed_r_slot <= entry_bits_slot;
+    choice_entry_bits_listed_r_place <= entry_bits_place;
+    choice_entry_bits_listed_r_sameAsNext <= entry_bits_sameAsNext;
   end // always @(posedge)
-  assign _records_writeAddress = {1'h0, records_io_writeAddress_REG};
+  assign _records_writeAddress = {1'h0, lateFirst ? 5'h10 : {1'h0, lateListed}};
   assign _records_writeData =
-    {stays_sequence, stays_repeats, stays_left - {19'h0, isLess}, stays_copies_1, stays_copies_0};
+    {r_sequence,
+     _GEN_1 ? 8'h0 : isMore ? r_repeats + 8'h1 : r_repeats,
+     _GEN_1 & ~isCounting ? {3'h0, setting_confirm, 1'h0} : r_left - {19'h0, r3_left_r},
+     r3_copies_1,
+     r3_copies_0};
   assign _records_readAddress = {1'h0, _walk_output ? 5'h10 : {1'h0, coming}};
   DualPortRam #(
     .ADDRESS_BITS(6),
@@ -6392,27 +6452,27 @@ module OwnFrames(
     .WIDTH(36)
   ) records (
     .clock        (clock),
-    .write        (records_io_write_REG),
+    .write        (_records_io_write_T),
     .writeAddress (_records_writeAddress),
     .writeData    (_records_writeData),
     .readAddress  (_records_readAddress),
     .readData     (_records_readData)
   );
-  assign _choice_entry_bits_begun = isOnWay & ~isDone;
-  assign _choice_entry_bits_waits_0 = _GEN_6 & ~_GEN_8;
-  assign _choice_entry_bits_waits_1 = _GEN_7 & ~_GEN_8;
+  assign _choice_entry_bits_begun = lateOnWay & ~isDone;
+  assign _choice_entry_bits_waits_0 = _GEN_3 & ~_GEN_5;
+  assign _choice_entry_bits_waits_1 = _GEN_4 & ~_GEN_5;
   assign _choice_mayBegin = state == 2'h2;
   assign _choice_nextSequence = next[3:0];
   OwnChoice choice (
     .clock                        (clock),
     .begins                       (_walk_output),
-    .entry_valid                  (entry_valid),
-    .entry_bits_listed_slot       (entry_bits_slot),
-    .entry_bits_listed_place      (entry_bits_place),
-    .entry_bits_listed_sameAsNext (entry_bits_sameAsNext),
+    .entry_valid                  (lateSlot),
+    .entry_bits_listed_slot       (choice_entry_bits_listed_r_slot),
+    .entry_bits_listed_place      (choice_entry_bits_listed_r_place),
+    .entry_bits_listed_sameAsNext (choice_entry_bits_listed_r_sameAsNext),
     .entry_bits_kept              (_keeps_output),
     .entry_bits_begun             (_choice_entry_bits_begun),
-    .entry_bits_sequence          (r3_sequence),
+    .entry_bits_sequence          (r_sequence),
     .entry_bits_waits_0           (_choice_entry_bits_waits_0),
     .entry_bits_waits_1           (_choice_entry_bits_waits_1),
     .mayBegin                     (_choice_mayBegin),

@@ -207,9 +207,11 @@ class CanPort(
   states.ends          := happens.ends
   states.sent          := happens.sent
 
+  private val isRequested = RegNext(front.orders.requested || bridged, false.B) // reset: no slot is
   order.pending            := states.pending
   order.mayBegin           := states.mayBegin
-  order.changedNow         := states.mayAbort || RegNext(front.orders.requested || bridged, false.B)
+  order.changedNow         := states.mayAbort || isRequested
+  order.mayChange          := states.mayLeave || isRequested
   order.changedLate        := states.ended
   order.append.bits        := append.bits
   order.append.valid       := append.valid && !relay.fold(false.B)(_.on)

@@ -23,6 +23,9 @@ class SlotOrder(p: CanParams) extends Module {
   val changedNow  = IO(Input(Bool()))
   val changedLate = IO(Input(Bool()))
 
+  /** It may be a cycle with `changedNow`, which is known early: nothing is appended then. */
+  val mayChange = IO(Input(Bool()))
+
   /** A slot that is about to become pending, as the youngest. It is taken when `appended`. */
   val append   = IO(Input(Valid(UInt(slotBits.W))))
   val appended = IO(Output(Bool()))
@@ -80,11 +83,11 @@ class SlotOrder(p: CanParams) extends Module {
   private val bestSlot = Reg(UInt(slotBits.W))
   private val isDone   = walks && isAtEnd && !isThere && !first.valid && !second.valid && !comes && !compares
 
-  appended        := append.valid && !walks && !changed
+  appended        := append.valid && !walks && !mayChange && !changedLate
   ram.readAddress := bank ## at(slotBits - 1, 0)
-  // A slot is written behind the list even if it may not be appended yet, which is known too late. That is
-  // never behind a list of all slots: these are pending then, and none is to be appended.
-  ram.write        := Mux(walks, comes, append.valid)
+  // What may be appended next is written behind the list in each cycle: that it is appended is known too late
+  // for the memory. Behind a list of all slots is no place, and none to append.
+  ram.write        := Mux(walks, comes, !count(slotBits))
   ram.writeAddress := Mux(walks, !bank ## to(slotBits - 1, 0), bank ## count(slotBits - 1, 0))
   ram.writeData    := Mux(walks, keptSlot, append.bits)
   when(appended) { count := count + 1.U }

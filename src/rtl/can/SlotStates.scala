@@ -69,6 +69,9 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
     */
   val mayAbort = IO(Output(Bool()))
 
+  /** Slots may leave `pending` so; known early. */
+  val mayLeave = IO(Output(Bool()))
+
   // Reset: nothing is to be sent.
   private val waits  = RegInit(0.U(p.slots.W))
   private val well   = RegInit(0.U(p.slots.W))
@@ -118,5 +121,6 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   mayBegin  := RegNext(stays & ~givenUp, 0.U(p.slots.W)) // reset: nothing is to be sent
   aborted   := gone.orR
   mayAbort  := mayGo.orR || drops
+  mayLeave  := RegNext(givenUp.orR, false.B) || drops
   ended     := isOver || RegNext(ofRelay, false.B)
 }

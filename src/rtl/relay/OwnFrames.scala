@@ -203,7 +203,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   // A cycle in front of that it is known which one it is, and its record is there. Behind the walk: the slot
   // that is next at a port.
   private val choice     = Module(new OwnChoice(p))
-  private val asked1     = phase === Decides(1).U
+  private val asked1     = RegNext(phase === (Decides(1) - 1).U && !tick)
   private val chosen     = RegNext(choice.next) // it rests from the end of the walk on
   private val asked      = Mux(asked1, chosen(1).bits, chosen(0).bits)
   private val it         = RegNext(asked)       // it may begin
@@ -236,7 +236,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
     RegNext(Mux(isNewest, low === latest, low === record.sequence))
   }
 
-  // What was decided, then ports that have gone down, then copies that came home.
+  // What was decided, then ports that have gone down.
   private val r0       = WireDefault(was)
   private val doubling = Mux(was.repeats > MostDoublings.U, MostDoublings.U, was.repeats(2, 0))
   private val confirm  = setting.confirm.pad(LeftBits)
@@ -268,74 +268,83 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
     when(down(1 - q) && isTime && r0.copies(q) === Home.U) { forgets(r1, q) }
     when(down(q)) { r1.copies(q) := None.U }
   }
-  private val r2   = WireDefault(r1)
-  private val came = (0 to 1).map(q => isOwn(q) && (isFirst || isTheirs(q)))
-  for (q <- 0 to 1) when(came(q) && r1.copies(q) === Sent.U) { r2.copies(q) := Home.U }
+  private val isSent = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
+  private val acts   = setting.on && isOnWay && !isSent
+  private val isOver = isTime && !r1.copies.map(_ === Waits.U).reduce(_ || _)
+  private val again  = setting.on && isOnWay && isOld.reduce(_ || _) && !r0.isHome && !isUseless
+
+  // ---- what becomes of it: in a long schedule a cycle later ----
+
+  private def late[T <: Data](signal: T): T = ShiftRegister(signal, schedule.recordCycles)
+  private def lateWalk(comes: Bool): Bool   = ShiftRegister(comes, schedule.recordCycles, false.B, true.B)
+  private val r                             = late(r1)
+  private val lateFirst                     = lateWalk(isFirst)     // reset: no walk
+  private val lateSlot                      = lateWalk(entry.valid) // reset: likewise
+  private val lateAborted                   = late(isAborted)
+  private val lateActs                      = late(acts)
+  private val lateUseless                   = late(isUseless)
+  private val lateSent                      = late(isSent)
+  private val lateOnWay                     = late(isOnWay)
+  private val lateListed                    = late(listed)
+
+  // Copies that came home.
+  private val r2   = WireDefault(r)
+  private val came = (0 to 1).map(q => isOwn(q) && (lateFirst || late(isTheirs(q))))
+  for (q <- 0 to 1) when(came(q) && r.copies(q) === Sent.U) { r2.copies(q) := Home.U }
   private val allRound    = (0 to 1).map(q => came(q) && homes(q).leftBy =/= q.U).reduce(_ || _)
-  private val isConfirmed = allRound || r0.isHome || r1.isHome || r2.isHome
+  private val isConfirmed = allRound || late(r0.isHome || r1.isHome) || r2.isHome
 
-  // ---- what becomes of it ----
-
-  private val isSent    = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
-  private val isOver    = isTime && !r2.copies.map(_ === Waits.U).reduce(_ || _)
-  private val acts      = setting.on && isOnWay && !isSent
-  private val expires   = acts && !isConfirmed && !alone && !listens && isOver && !inConflict
-  private val again     = setting.on && isOnWay && isOld.reduce(_ || _) && !r0.isHome && !isUseless
-  private val repeats   = expires && !isUseless
-  private val well      = acts && isConfirmed
-  private val isWaiting = setting.on && !isFirst && !isOnWay && wasWaiting
-  private val isGivenUp = isWaiting && isAborted
+  private val expires   = lateActs && !isConfirmed && !alone && !listens && late(isOver) && !inConflict
+  private val repeats   = expires && !lateUseless
+  private val well      = lateActs && isConfirmed
+  private val isWaiting = late(setting.on && !isFirst && !isOnWay && wasWaiting)
+  private val isGivenUp = isWaiting && lateAborted
   private val isLost    = isGivenUp || (isWaiting && alone)
-  private val fails     = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
-  private val isDone    = well || fails
-  private val r3        = WireDefault(r2)
+  private val fails  = (lateActs && !isConfirmed && (alone || listens)) || (expires && lateUseless) || isLost
+  private val isDone = well || fails
+  private val isMore = repeats || late(again)
+  private val r3     = WireDefault(r2)
   when(isConfirmed) { r3.copies := VecInit(Home.U, Home.U) }
-  when(repeats || again) { r3.repeats := r0.repeats + 1.U }
-  when(repeats || (isFirst && listens)) {
+  when(isMore) { r3.repeats := r.repeats + 1.U }
+  when(repeats || (lateFirst && listens)) {
     for (q <- 0 to 1) r3.copies(q) := Mux(isUp(q), Waits.U, None.U)
   }
+  r3.left := r.left - late(unitNow && !isPast)
 
   // The node listens; when that is over it tells its life (FR-61).
   private val isListening = setting.on && listens && !alone && setting.address =/= 0.U
-  private val tells       = isListening && isCounting && isTime && begunMap === 0.U && !isSent
+  private val tells       = isListening && isCounting && late(isTime) && begunMap === 0.U && !lateSent
   private val lifeWaits   = Reg(Vec(2, Bool()))
-  when(isFirst && listens) {
+  when(lateFirst && listens) {
     r3.repeats := 0.U
     when(!isCounting) { r3.left := setting.confirm ## 0.U(1.W) }
   }
-  when(isFirst) {
+  when(lateFirst) {
     isCounting := isListening
     when(tells) { state := State.announces }
     when(announces && isDone) { state := Mux(alone, State.listens, State.runs) }
     for (q <- 0 to 1) lifeWaits(q) := (tells || (announces && !isDone)) && r3.waits(q)
   }
 
-  private val isSlot = entry.valid
-  keeps            := wasWaiting && !isDone
-  ends.valid       := RegNext(isSlot && isDone && onNext, false.B)
-  ends.bits        := RegNext(listed)
+  keeps            := late(wasWaiting && setting.on) && !isDone
+  ends.valid       := RegNext(lateSlot && isDone && onNext, false.B)
+  ends.bits        := RegNext(lateListed)
   sent             := RegNext(well)
   counts.confirmed := ends.valid && sent
   counts.failed    := ends.valid && !sent && !RegNext(isGivenUp)
-  counts.repeated  := RegNext((isSlot || isFirst) && (repeats || again), false.B) // reset: none is
+  counts.repeated  := RegNext((lateSlot || lateFirst) && isMore && setting.on, false.B) // reset: none is
 
-  // It is written a cycle later. Reset: nothing is.
-  private val stays    = RegNext(r3)
-  private val isListen = isFirst && listens && !isCounting
-  private val isLess   = RegNext(unitNow && !isPast && !isListen)
-  records.io.write        := RegNext(isSlot || isFirst, false.B)
-  records.io.writeAddress := RegNext(Mux(isFirst, Life.U, listed))
-  private val written = WireDefault(stays)
-  written.left         := stays.left - isLess
-  records.io.writeData := written.asUInt
+  records.io.write        := lateSlot || lateFirst
+  records.io.writeAddress := Mux(lateFirst, Life.U, lateListed)
+  records.io.writeData    := r3.asUInt
 
   // ---- what is next, and begins ----
 
   choice.begins              := walk
-  choice.entry.valid         := isSlot
-  choice.entry.bits.listed   := entry.bits
+  choice.entry.valid         := lateSlot
+  choice.entry.bits.listed   := late(entry.bits)
   choice.entry.bits.kept     := keeps
-  choice.entry.bits.begun    := isOnWay && !isDone
+  choice.entry.bits.begun    := lateOnWay && !isDone
   choice.entry.bits.sequence := r3.sequence
   choice.entry.bits.waits    := VecInit((0 to 1).map(r3.waits))
   choice.mayBegin            := state === State.runs

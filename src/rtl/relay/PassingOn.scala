@@ -186,14 +186,21 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
 
   // First what is asked of the lists, then what was answered. A port change and a header are never of one
   // bit: of what waits at most one frame is to be moved or removed.
-  private val second = RegNext(phase >= (schedule.reports(1) - 1).U) // the port whose frame is meant
-  private val report = Mux(second, inputs(1).report, inputs(0).report)
-  private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
-  private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
-  private val meant  = Mux(second, target(1), target(0))
-  // The output: of a new frame the other port if that is up, else the same.
-  private val to =
-    Mux(report.header, Mux(second, !isUpReg(0), isUpReg(1)), meant(FrameStore.PlaceBits - 1)).asBool
+  private val secondNext = phase >= (schedule.reports(1) - 1).U // in the next cycle
+  private val second     = RegNext(secondNext)                  // the port whose frame is meant
+  private val report     = Mux(second, inputs(1).report, inputs(0).report)
+  private val isOwn      = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
+  private val isLast     = Mux(second, inputs(1).isLast, inputs(0).isLast)
+  private val meant      = Mux(second, target(1), target(0))
+  // The output: of a new frame the other port if that is up, else the same. All rests since the cycle before,
+  // but for `isUpReg`, which may change in that one.
+  private val to = RegNext(
+    Mux(
+      Mux(secondNext, inputs(1).report.header, inputs(0).report.header),
+      Mux(secondNext, !wasUp(0), wasUp(1)),
+      Mux(secondNext, output(1), output(0)).asBool
+    )
+  )
   private val asks  = schedule.reports.map(isPhase).reduce(_ || _)
   private val tells = schedule.tells.map(isPhase).reduce(_ || _)
   lists.port := second

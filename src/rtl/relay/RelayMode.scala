@@ -27,7 +27,7 @@ class RelayMode(p: CanParams) extends Module {
 
   private val schedule  = Schedule(p)
   private val passing   = Module(new PassingOn(schedule))
-  private val list      = Module(new SlotList(p))
+  private val list      = Module(new SlotList(p, schedule))
   private val own       = Module(new OwnFrames(p, schedule))
   private val bytes     = Module(new OwnBytes(slotBits))
   private val receiving = Module(new Receiving(p))

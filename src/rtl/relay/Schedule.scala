@@ -13,6 +13,9 @@ final case class Schedule(isLong: Boolean) {
   /** Cycles from the address of an entry of [[TransitLists]] to where it counts. */
   private[relay] val entryCycles: Int = if (isLong) 2 else 1
 
+  /** Cycles from the record of an own frame to what becomes of it. */
+  private[relay] val recordCycles: Int = if (isLong) 1 else 0
+
   /** How long a walk through a list takes, its first cycle counted: at its end another one may begin. */
   private[relay] val walkCycles: Int = TransitLists.Most + entryCycles
 

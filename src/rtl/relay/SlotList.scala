@@ -23,14 +23,14 @@ class ListedSlot(slotBits: Int) extends Bundle {
   * the place of the first one then. A slot that is new is put in its place by the walk. So nothing is ever
   * moved, and nothing needs a register for each slot.
   */
-class SlotList(p: CanParams) extends Module {
+class SlotList(p: CanParams, schedule: Schedule) extends Module {
   import SlotList._
   private val slotBits = log2Ceil(p.slots)
 
   /** A walk begins; it is over within [[SlotList.walkCycles]], before which no other may begin. */
   val walk = IO(Input(Bool()))
 
-  /** What it comes by; in the same cycle, whether that is kept. */
+  /** What it comes by; `recordCycles` of the [[Schedule]] later, whether that is kept. */
   val entry = IO(Output(Valid(new ListedSlot(slotBits))))
   val keeps = IO(Input(Bool()))
 
@@ -69,11 +69,12 @@ class SlotList(p: CanParams) extends Module {
   private val to    = RegInit(0.U((slotBits + 1).W)) // how many have been written
   private val reads = (walk || walks) && at =/= count
 
-  // A place is read in a cycle, in the next its word is there. In the fourth the entry comes by and is
-  // written to the second list or held: if it is not kept, the next one takes its place.
-  private val comes     = RegNext(reads, false.B)
+  // A place is read in a cycle, in the next its word is there. In the fourth the entry comes by. When it is
+  // known whether it is kept it is written to the second list or held: if it is not kept, the next one takes
+  // its place.
+  private val comes     = RegNext(reads && on, false.B)
   private val comesAt   = RegNext(at(slotBits - 1, 0))
-  private val passes    = RegNext(comes, false.B)
+  private val passes    = RegNext(comes && on, false.B)
   private val passing   = RegNext(got)
   private val passingAt = RegNext(comesAt)
   // In parts, as the way from the memory has no time for all of it.
@@ -83,7 +84,7 @@ class SlotList(p: CanParams) extends Module {
   coming                := got.slot
   next.valid            := passes
   next.bits             := passing.slot
-  entry.valid           := RegNext(passes, false.B)
+  entry.valid           := RegNext(passes && on, false.B)
   entry.bits.slot       := RegNext(passing.slot)
   entry.bits.place      := RegNext(passingAt)
   entry.bits.sameAsNext := isSame.reduce(_ && _)
@@ -108,13 +109,15 @@ class SlotList(p: CanParams) extends Module {
     joins := isHeld
   }
 
-  private val isBy   = entry.valid
-  private val by     = RegNext(passing)
+  private def late[T <: Data](signal: T): T = ShiftRegister(signal, schedule.recordCycles)
+  private val isBy =
+    ShiftRegister(entry.valid && on, schedule.recordCycles, false.B, true.B) // reset: no walk
+  private val by     = late(RegNext(passing))
   private val wasBy  = RegNext(isBy, false.B) // reset: no walk
-  private val isKept = RegNext(isBy && keeps, false.B)
+  private val isKept = RegNext(isBy && keeps && on, false.B)
   // From the first read of a walk to the last entry there is always one under way.
-  private val isOver = walks && !comes && !passes && !isBy && !wasBy
-  private val isLess = RegNext(held.key < passing.key)
+  private val isOver = walks && !comes && !passes && !entry.valid && !isBy && !wasBy
+  private val isLess = late(RegNext(held.key < passing.key))
   private val first  = joins && !isIn && isBy && isLess // the new slot is in front of it
   private val isLast = joins && !isIn && isOver
   private val behind = Mux(isKept, to + 1.U, to)
@@ -155,5 +158,5 @@ object SlotList {
   private val Kinds = 1 << 20 | 1
 
   /** How long a walk takes, its first cycle counted. */
-  def walkCycles(p: CanParams): Int = p.slots + 5
+  def walkCycles(p: CanParams, schedule: Schedule): Int = p.slots + 5 + schedule.recordCycles
 }

@@ -16,7 +16,8 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       val keys    = Array.fill(p.slots)(0L)
       var pending = Vector.empty[Int] // by age
       val ram     = new RamContents(dut.ram, SlotOrder.words(p))
-      for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid, dut.rests)) s.poke(false)
+      for (s <- Seq(dut.changedNow, dut.changedLate, dut.mayChange, dut.append.valid, dut.rests))
+        s.poke(false)
 
       /** A cycle, in which a key is read, unless it must wait. */
       def cycle(): Unit = {
@@ -30,9 +31,9 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       def show(): Unit = for (map <- Seq(dut.pending, dut.mayBegin)) map.poke(pending.map(1 << _).sum)
       def change(): Unit = {
         show()
-        dut.changedNow.poke(true)
+        for (s <- Seq(dut.changedNow, dut.mayChange)) s.poke(true)
         cycle()
-        dut.changedNow.poke(false)
+        for (s <- Seq(dut.changedNow, dut.mayChange)) s.poke(false)
       }
       show()
       for (round <- 1 to 600) {
@@ -58,6 +59,12 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
             keys(slot) = random.nextInt(4).toLong << 30 | random.nextInt(2)
             dut.append.valid.poke(true)
             dut.append.bits.poke(slot)
+            while (random.nextInt(4) == 0) { // another one might have been given up
+              dut.mayChange.poke(true)
+              dut.appended.expect(false)
+              cycle()
+            }
+            dut.mayChange.poke(false)
             while (!dut.appended.peekBoolean()) cycle()
             cycle()
             dut.append.valid.poke(false)
@@ -83,7 +90,8 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
   it should "withdraw an offer in the cycle in which its slot may no longer begin" in
     test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
       val ram = new RamContents(dut.ram, SlotOrder.words(p))
-      for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid, dut.rests)) s.poke(false)
+      for (s <- Seq(dut.changedNow, dut.changedLate, dut.mayChange, dut.append.valid, dut.rests))
+        s.poke(false)
       dut.ready.poke(true)
       dut.append.valid.poke(true)
       dut.append.bits.poke(3)
@@ -91,9 +99,9 @@ class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
       dut.append.valid.poke(false)
       dut.pending.poke(8)
       dut.mayBegin.poke(8)
-      dut.changedNow.poke(true)
+      for (s <- Seq(dut.changedNow, dut.mayChange)) s.poke(true)
       ram.step(dut.clock)
-      dut.changedNow.poke(false)
+      for (s <- Seq(dut.changedNow, dut.mayChange)) s.poke(false)
       for (_ <- 1 to p.offerCycles) ram.step(dut.clock)
       dut.offer.valid.expect(true)
       dut.offer.slot.expect(3)

@@ -34,7 +34,7 @@ class OwnNode(p: CanParams) extends Module {
   val begun    = IO(Output(UInt(p.slots.W)))
 
   private val passing = Module(new PassingOn(Schedule(p)))
-  private val list    = Module(new SlotList(p))
+  private val list    = Module(new SlotList(p, Schedule(p)))
   private val own     = Module(new OwnFrames(p, Schedule(p)))
   private val bytes   = Module(new OwnBytes(slotBits))
   private val slots   = SyncReadMem(4 * p.slots, UInt(32.W))

@@ -89,7 +89,9 @@ private class AnyLists extends TransitListsPins {
   private val lists    = RegInit(VecInit(Seq.fill(2)(0.U((Most + 1).W)))) // reset: nothing waits
   private val leavings = RegInit(VecInit(Seq.fill(2)(Most.U(SlotBits.W))))
   private val outThen  = RegNext(out)
+  private val outAsked = RegEnable(out, asks) // no reset: nothing is put that was not asked for
   when(put) {
+    assert(out === outAsked, "a slot is put into another list than was asked")
     assume(slots < Few.U && !lists(out)(slots) && slots =/= leavings(out))
     lists(out) := lists(out).bitSet(slots, true.B)
   }

@@ -105,7 +105,9 @@ class PassingOnSpec extends AnyFlatSpec {
         val model  = new RelayModel(p)
         val source = Seq.fill(2)(new Source(random, bit, dying = if (first == 0) 17 else 1))
         val up     = Array(true, true)
-        val seen   = mutable.Map.empty[Int, Long].withDefaultValue(0L)
+        // Ports that change often do so in the bit in which a header is complete at the other one, too.
+        val calm = if (first / cycles % 3 == 1) 40 else 1600
+        val seen = mutable.Map.empty[Int, Long].withDefaultValue(0L)
         model.write(RingRegisters.LinkBit, Seq(bit, 0))
         model.write(RingRegisters.Address, Seq(Own))
         model.write(RingRegisters.Confirm, Seq(20, 0, 0)) // and no repeats
@@ -139,7 +141,7 @@ class PassingOnSpec extends AnyFlatSpec {
         )
         for (cycle <- 0 until cycles) {
           for (p <- 0 to 1) {
-            if (random.nextInt((if (up(p)) 1600 else 320) * bit) == 0) up(p) = !up(p)
+            if (random.nextInt((if (up(p)) calm else calm / 5) * bit) == 0) up(p) = !up(p)
             dut.up(p).poke(up(p))
           }
           val heard = source.map(_.next())

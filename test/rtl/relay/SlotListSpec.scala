@@ -6,6 +6,7 @@ import flyframe.can.SlotOrder
 import flyframe.params.CanParams
 import flyframe.ram.RamContents
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.collection.mutable
 import scala.util.Random
 
 class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
@@ -14,7 +15,7 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
   /** An entry as it should be in the list. */
   private case class Listed(slot: Int, key: Long)
 
-  private class Bench(dut: SlotList, random: Random) {
+  private class Bench(dut: SlotList, schedule: Schedule, random: Random) {
     val ram  = new RamContents(dut.ram, SlotOrder.words(p))
     var list = Vector.empty[Listed]
     for (pin <- Seq(dut.walk, dut.keeps, dut.append.valid, dut.ready)) pin.poke(false)
@@ -43,15 +44,18 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
     def walk(kept: Int => Boolean, fresh: Option[Listed]): Unit = {
       var seen     = Vector.empty[(Int, Int, Boolean)]
       var appended = 0
+      val keeps    = mutable.Queue.fill(schedule.recordCycles)(random.nextBoolean())
       dut.walk.poke(true)
-      for (n <- 1 to SlotList.walkCycles(p)) {
-        dut.keeps.poke(random.nextBoolean())
+      for (n <- 1 to SlotList.walkCycles(p, schedule)) {
+        var keep = random.nextBoolean()
         if (dut.entry.valid.peekBoolean()) {
           val entry = dut.entry.bits.peek()
           val slot  = entry.slot.litValue.toInt
           seen :+= ((slot, entry.place.litValue.toInt, entry.sameAsNext.litToBoolean))
-          dut.keeps.poke(kept(slot))
+          keep = kept(slot)
         }
+        keeps.enqueue(keep)
+        dut.keeps.poke(keeps.dequeue())
         if (dut.appended.peekBoolean()) appended += 1
         cycle()
         if (n == 1) dut.walk.poke(false)
@@ -72,11 +76,19 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
     }
   }
 
-  "FR-55: the list" should "have the slots in CAN order, older ones first, and lose none" in
-    test(new SlotList(p)).withAnnotations(Simulation.annotations(this, "list")) { dut =>
+  for (isLong <- Seq(false, true)) {
+    val schedule = Schedule(isLong)
+    s"FR-55: the list, $schedule" should "have the slots in CAN order, older ones first, and lose none" in
+      lists(schedule)
+    s"RB-25: in bus mode the list, $schedule" should "forget all, also a slot that is being appended" in
+      forgets(schedule)
+  }
+
+  private def lists(schedule: Schedule): Unit =
+    test(new SlotList(p, schedule)).withAnnotations(Simulation.annotations(this, s"list $schedule")) { dut =>
       dut.clock.setTimeout(0)
       val random = new Random(1)
-      val b      = new Bench(dut, random)
+      val b      = new Bench(dut, schedule, random)
       for (_ <- 1 to 300) {
         val free = (0 until p.slots).filterNot(b.list.map(_.slot).contains)
         val fresh = Option.when(free.nonEmpty && random.nextInt(3) > 0)(
@@ -88,23 +100,31 @@ class SlotListSpec extends AnyFlatSpec with ChiselScalatestTester {
       }
     }
 
-  "RB-25: in bus mode the list" should "forget all, also a slot that is being appended" in
-    test(new SlotList(p)).withAnnotations(Simulation.annotations(this, "list")) { dut =>
+  private def forgets(schedule: Schedule): Unit =
+    test(new SlotList(p, schedule)).withAnnotations(Simulation.annotations(this, s"list $schedule")) { dut =>
       dut.clock.setTimeout(0)
-      val b = new Bench(dut, new Random(2))
-      for (slot <- 0 to 2) {
-        b.append(slot, slot)
-        b.walk(_ => true, Some(Listed(slot, slot)))
+      val b = new Bench(dut, schedule, new Random(2))
+      // Off for some cycles, in each cycle of a walk, in which all are kept.
+      for (cycle <- 0 to SlotList.walkCycles(p, schedule); off <- 1 to 4) {
+        for (slot <- 0 to 2) {
+          b.append(slot, slot)
+          b.walk(_ => true, Some(Listed(slot, slot)))
+        }
+        b.append(3, 3)
+        dut.keeps.poke(true)
+        for (n <- 0 until cycle + off) {
+          dut.walk.poke(n == 0 && cycle > 0)
+          dut.on.poke(n < cycle)
+          if (n >= cycle) dut.append.valid.poke(false)
+          b.cycle()
+        }
+        dut.on.poke(true)
+        for (at <- b.ram.words.indices) b.ram.words(at) = at % p.slots
+        b.list = Vector.empty
+        for (_ <- 1 to SlotList.walkCycles(p, schedule)) b.cycle()
+        b.append(4, 9)
+        b.walk(_ => true, Some(Listed(4, 9)))
+        b.walk(_ => false, None)
       }
-      b.append(3, 3)
-      dut.on.poke(false)
-      dut.append.valid.poke(false)
-      b.cycle()
-      for (at <- b.ram.words.indices) b.ram.words(at) = at % p.slots
-      b.list = Vector.empty
-      dut.on.poke(true)
-      b.append(4, 9)
-      b.walk(_ => true, Some(Listed(4, 9)))
-      b.walk(_ => true, None)
     }
 }
