@@ -101,12 +101,14 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
     *
     * @param longest
     *   bytes
+    * @param pause
+    *   the longest time between two, as so many looks of a host
     * @param behind
     *   is called with the number of each message that has been sent
     * @return
     *   in words, what has happened
     */
-  def run(messages: Int, longest: Int)(behind: Int => Unit = _ => ()): String = {
+  def run(messages: Int, longest: Int, pause: Int = 10)(behind: Int => Unit = _ => ()): String = {
     var sent = 0
     while (sent < messages) {
       val from = random.nextInt(ring.count)
@@ -116,7 +118,7 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
         sent += 1
         behind(sent)
       }
-      for (_ <- 0 to random.nextInt(10)) step()
+      for (_ <- 0 to random.nextInt(pause)) step()
     }
     finish()
     nodes.foreach(_.close())
