@@ -178,6 +178,22 @@ abstract class RelayCases extends AnyFlatSpec {
   protected def from(source: Int, sequence: Int, direction: Int = 1, hops: Int = 250): LinkHeader =
     LinkHeader(LinkKind.Data, direction, source, sequence, hops)
 
+  /** Bits of `confirmUs` of [[bench]]. */
+  protected val confirm = 800
+
+  /** The own frames that a port has sent, since bit `first`. */
+  protected def own(b: RelayBench, port: Int, first: Int): Seq[ReadFrame] =
+    b.frames(port, first).filter(_.header.source == 7)
+
+  /** A copy of the own frame comes back. */
+  protected def home(b: RelayBench, port: Int, direction: Int, sequence: Int, frame: CanFrame): Unit = {
+    b.send(port, LinkHeader(0, direction, 7, sequence, 200), frame)
+    b.run(260)
+  }
+  protected def pending(b: RelayBench): Int = b.map(CanRegisters.Requests)
+  protected def sent(b: RelayBench): Int    = b.map(CanRegisters.Sent)
+  protected def failed(b: RelayBench): Int  = b.map(CanRegisters.Failed)
+
   protected def counter(b: RelayBench, which: Int): Int =
     b.read(RingRegisters.relay.find(_.name == RingRegisters.RelayCounterNames(which)).get.address)
 }

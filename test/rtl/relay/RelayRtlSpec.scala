@@ -115,6 +115,8 @@ class LinkRtlSpec extends RelayCases with LinkRules with OnRtl {
 }
 
 class ConfirmRtlSpec extends RelayCases with ConfirmRules with OnRtl
+class ReceiveRtlSpec extends RelayCases with ReceiveRules with OnRtl
+class StartRtlSpec   extends RelayCases with StartRules with OnRtl
 
 class MutationRtlSpec extends RelayCases with MutationRules with OnRtl {
   protected def mutations =

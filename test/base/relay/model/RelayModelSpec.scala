@@ -10,6 +10,8 @@ trait OnModel { self: RelayCases =>
 
 class LinkModelSpec    extends RelayCases with LinkRules with OnModel
 class ConfirmModelSpec extends RelayCases with ConfirmRules with OnModel
+class ReceiveModelSpec extends RelayCases with ReceiveRules with OnModel
+class StartModelSpec   extends RelayCases with StartRules with OnModel
 
 class MutationModelSpec extends RelayCases with MutationRules with OnModel {
   protected def mutations =
