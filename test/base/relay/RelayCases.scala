@@ -190,6 +190,8 @@ abstract class RelayCases extends AnyFlatSpec {
     b.send(port, LinkHeader(0, direction, 7, sequence, 200), frame)
     b.run(260)
   }
+
+  /** Slots of the host, a bit each. */
   protected def pending(b: RelayBench): Int = b.map(CanRegisters.Requests)
   protected def sent(b: RelayBench): Int    = b.map(CanRegisters.Sent)
   protected def failed(b: RelayBench): Int  = b.map(CanRegisters.Failed)
