@@ -7074,26 +7074,25 @@ module PassingOn(
   reg         isSecond;
   wire        isOwnNext = wants & (noName | _lists_isBefore);
   wire        goes = on & (isOwnNext ? mayOwn : mayPass);
+  reg         passesOn_0;
+  reg         passesOn_1;
   wire        _lists_order_T = asked_0 ? (&passed_1) : (&passed_0);
   wire        _GEN_26 = begin_0 & goes;
   wire        _GEN_27 = _GEN_26 & isOwnNext;
-  wire [8:0]  _GEN_28 = {5'h0, _lists_first};
-  wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _GEN_28;
-  wire        _GEN_29 = begin_1 & goes;
-  wire        _GEN_30 = _GEN_29 & isOwnNext;
-  wire        _GEN_31 = _GEN_29 ? ~isOwnNext : _GEN_26 & ~isOwnNext;
-  wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_28;
-  wire        _GEN_32 = ~on | _GEN;
-  wire        _GEN_33 = ~on | _GEN_6;
+  wire        _GEN_28 = begin_1 & goes;
+  wire        _GEN_29 = _GEN_28 & isOwnNext;
+  wire        _GEN_30 = _GEN_28 ? ~isOwnNext : _GEN_26 & ~isOwnNext;
+  wire        _GEN_31 = ~on | _GEN;
+  wire        _GEN_32 = ~on | _GEN_6;
   wire [7:0]  _setting_setting_late_T = setting_setting_last_REG - {2'h0, setting_setting_jump_REG};
   wire        secondNext = phase > 5'hB;
-  wire [15:0] _GEN_34 = {12'h0, _lists_slot};
+  wire [15:0] _GEN_33 = {12'h0, _lists_slot};
   wire [4:0]  silent = asked_1 ? _senders_1_quiet : _senders_0_quiet;
   wire        isUpThen = asked_1 ? isUpReg_1 : isUpReg_0;
   wire [13:0] _setting_setting_sample_T_3 = {1'h0, bitCycles, 5'h0} + {3'h0, bitCycles, 3'h0} + {6'h0, bitCycles};
   wire [9:0]  _setting_setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
-  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_34;
-  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_34;
+  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_33;
+  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_33;
   always @(posedge clock) begin
     setting_setting_last_REG <= bitCycles - 8'h1;
     setting_setting_sample_REG <= _setting_setting_sample_T_3[13:6];
@@ -7129,21 +7128,25 @@ module PassingOn(
     isSecond <= isSecond_r;
   end // always @(posedge)
   wire [7:0]  _nextCycle_T_1 = (renew ? 8'h0 : cycle) + 8'h1;
-  wire        _GEN_35 = ~_GEN & comes_0;
-  wire        _GEN_36 = _GEN & ~(target_0[4]);
-  wire        _GEN_37 = _GEN & ~(target_1[4]);
-  wire        _GEN_38 = ~_GEN_6 & comes_1;
-  wire        _GEN_39 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
-  wire        _GEN_40 = _GEN_6 | _GEN & _GEN_3;
-  wire        _GEN_41 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
-  wire        _GEN_42 = _GEN_6 ? ~(target_0[4] | _GEN_36) & waits_0 : ~_GEN_36 & waits_0;
-  wire        _GEN_43 = ~(_GEN_6 | _GEN_37) & passes_1;
-  wire        _GEN_44 = _GEN_6 ? ~(target_1[4] | _GEN_37) & waits_1 : ~_GEN_37 & waits_1;
-  wire        _GEN_45 = report_bad | report_good;
-  wire        _GEN_46 = _tells_T & report_bad & _GEN_18;
-  wire        _GEN_47 = _GEN_21 | report_bad;
-  wire        _GEN_48 = _GEN_25 | report_bad;
+  wire        _GEN_34 = ~_GEN & comes_0;
+  wire        _GEN_35 = _GEN & ~(target_0[4]);
+  wire        _GEN_36 = _GEN & ~(target_1[4]);
+  wire        _GEN_37 = ~_GEN_6 & comes_1;
+  wire        _GEN_38 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
+  wire        _GEN_39 = _GEN_6 | _GEN & _GEN_3;
+  wire        _GEN_40 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
+  wire        _GEN_41 = _GEN_6 ? ~(target_0[4] | _GEN_35) & waits_0 : ~_GEN_35 & waits_0;
+  wire        _GEN_42 = ~(_GEN_6 | _GEN_36) & passes_1;
+  wire        _GEN_43 = _GEN_6 ? ~(target_1[4] | _GEN_36) & waits_1 : ~_GEN_36 & waits_1;
+  wire        _GEN_44 = report_bad | report_good;
+  wire        _GEN_45 = _tells_T & report_bad & _GEN_18;
+  wire        _GEN_46 = _GEN_21 | report_bad;
+  wire        _GEN_47 = _GEN_25 | report_bad;
+  wire [8:0]  _GEN_48 = {5'h0, _lists_first};
   wire [4:0]  _GEN_49 = {begin_1, _lists_first};
+  wire        _GEN_50 = ~on | _tick_output;
+  wire [8:0]  _passesOn_0_T_1 = wraps_0 >> _GEN_48;
+  wire [8:0]  _passesOn_1_T_1 = wraps_1 >> _GEN_48;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       renew <= 1'h0;
@@ -7169,6 +7172,8 @@ module PassingOn(
       begin_1 <= 1'h0;
       passed_0 <= 7'h0;
       passed_1 <= 7'h0;
+      passesOn_0 <= 1'h0;
+      passesOn_1 <= 1'h0;
     end
     else begin
       renew <= bitCycles != renew_REG;
@@ -7193,18 +7198,18 @@ module PassingOn(
         isUpReg_0 <= wasUp_0;
       if (_GEN_6)
         isUpReg_1 <= wasUp_1;
-      comes_0 <= on & (_tells_T ? ~_GEN_47 & (_canPass_T | _GEN_35) : _GEN_35);
-      comes_1 <= on & (_tells_T_1 ? ~_GEN_48 & (_canPass_T | _GEN_38) : _GEN_38);
-      passes_0 <= on & (_tells_T ? ~_GEN_47 & (_GEN_17 | _GEN_41) : _GEN_41);
-      passes_1 <= on & (_tells_T_1 ? ~_GEN_48 & (_GEN_17 | _GEN_43) : _GEN_43);
+      comes_0 <= on & (_tells_T ? ~_GEN_46 & (_canPass_T | _GEN_34) : _GEN_34);
+      comes_1 <= on & (_tells_T_1 ? ~_GEN_47 & (_canPass_T | _GEN_37) : _GEN_37);
+      passes_0 <= on & (_tells_T ? ~_GEN_46 & (_GEN_17 | _GEN_40) : _GEN_40);
+      passes_1 <= on & (_tells_T_1 ? ~_GEN_47 & (_GEN_17 | _GEN_42) : _GEN_42);
       waits_0 <=
-        ~(~on | _GEN_31 & target_0 == _GEN_49) & (_tells_T ? _GEN_17 | ~(_GEN_45 | ~passes_0) & _GEN_42 : _GEN_42);
+        ~(~on | _GEN_30 & target_0 == _GEN_49) & (_tells_T ? _GEN_17 | ~(_GEN_44 | ~passes_0) & _GEN_41 : _GEN_41);
       waits_1 <=
-        ~(~on | _GEN_31 & target_1 == _GEN_49) & (_tells_T_1 ? _GEN_17 | ~(_GEN_45 | ~passes_1) & _GEN_44 : _GEN_44);
+        ~(~on | _GEN_30 & target_1 == _GEN_49) & (_tells_T_1 ? _GEN_17 | ~(_GEN_44 | ~passes_1) & _GEN_43 : _GEN_43);
       leaves_0 <=
-        on & (_GEN_26 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_22 | _GEN_46) & _GEN_39 : ~_GEN_46 & _GEN_39);
+        on & (_GEN_26 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_22 | _GEN_45) & _GEN_38 : ~_GEN_45 & _GEN_38);
       leaves_1 <=
-        on & (_GEN_29 ? ~isOwnNext : ~_GEN_24 & (_GEN_19 ? ~(_GEN_20 | _GEN_40) & leaves_1 : ~_GEN_40 & leaves_1));
+        on & (_GEN_28 ? ~isOwnNext : ~_GEN_24 & (_GEN_19 ? ~(_GEN_20 | _GEN_39) & leaves_1 : ~_GEN_39 & leaves_1));
       begin_0 <= asked_0;
       begin_1 <= asked_1;
       if (on) begin
@@ -7216,7 +7221,7 @@ module PassingOn(
           else
             passed_0 <= passed_0 + {6'h0, ~(&passed_0)};
         end
-        if (_GEN_29) begin
+        if (_GEN_28) begin
           if (isOwnNext) begin
             if (isSecond)
               passed_1 <= 7'h0;
@@ -7229,6 +7234,8 @@ module PassingOn(
         passed_0 <= 7'h0;
         passed_1 <= 7'h0;
       end
+      passesOn_0 <= ~_GEN_50 & (_GEN_26 ? ~isOwnNext & ~(_passesOn_0_T_1[0]) : passesOn_0);
+      passesOn_1 <= ~_GEN_50 & (_GEN_28 ? ~isOwnNext & ~(_passesOn_1_T_1[0]) : passesOn_1);
     end
   end // always @(posedge, posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
@@ -7316,7 +7323,7 @@ module PassingOn(
     .begin_0     (_GEN_26),
     .own         (_GEN_27),
     .abort       (_senders_0_abort),
-    .silence     (_GEN_32),
+    .silence     (_GEN_31),
     .step        (_tick_output),
     .level       (level_0),
     .quiet       (_senders_0_quiet),
@@ -7332,10 +7339,10 @@ module PassingOn(
   LinkSender senders_1 (
     .clock       (clock),
     .reset       (reset),
-    .begin_0     (_GEN_29),
-    .own         (_GEN_30),
+    .begin_0     (_GEN_28),
+    .own         (_GEN_29),
     .abort       (_senders_1_abort),
-    .silence     (_GEN_33),
+    .silence     (_GEN_32),
     .step        (_tick_output),
     .level       (level_1),
     .quiet       (_senders_1_quiet),
@@ -7378,13 +7385,13 @@ module PassingOn(
     .looks_bits              (looks_1),
     .order                   (_lists_order),
     .isBefore                (_lists_isBefore),
-    .take                    (_GEN_31),
+    .take                    (_GEN_30),
     .first                   (_lists_first),
     .slot                    (_lists_slot),
     .leaving_0               (_lists_leaving_0),
     .leaving_1               (_lists_leaving_1),
-    .drop_0                  (_GEN_32),
-    .drop_1                  (_GEN_33)
+    .drop_0                  (_GEN_31),
+    .drop_1                  (_GEN_32)
   );
   assign _store_copies_valid = _GEN_15 & ~_GEN_16;
   assign _store_fetch_0_valid = _senders_0_fetch_valid & ~_senders_0_isOwn;
@@ -7427,7 +7434,7 @@ module PassingOn(
   assign isUp_0 = wasUp_0;
   assign isUp_1 = wasUp_1;
   assign begins_0 = _GEN_27;
-  assign begins_1 = _GEN_30;
+  assign begins_1 = _GEN_29;
   assign fetch_0_valid = _senders_0_fetch_valid & _senders_0_isOwn;
   assign fetch_0_bits = _senders_0_fetch_bits;
   assign fetch_1_valid = _senders_1_fetch_valid & _senders_1_isOwn;
@@ -7445,8 +7452,8 @@ module PassingOn(
   assign counts_aborted =
     _tells_T_1 & report_bad & (_GEN_23 | _GEN_22) | (_GEN_19 ? _GEN_20 | _GEN_18 | _GEN_12 | _GEN_5 : _GEN_12 | _GEN_5);
   assign counts_wrapped = _GEN_15 & ~_GEN_16 & _wraps_1_T;
-  assign counts_passed_0 = _GEN_29 & ~isOwnNext & ~(_counts_passed_0_T_1[0]);
-  assign counts_passed_1 = _GEN_26 & ~isOwnNext & ~(_counts_passed_1_T_1[0]);
+  assign counts_passed_0 = _tick_output & passesOn_1;
+  assign counts_passed_1 = _tick_output & passesOn_0;
 endmodule
 
 module SlotList(
@@ -7987,8 +7994,6 @@ module OwnFrames(
   wire        _GEN_5 =
     ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_3 | _GEN_4) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
-  wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
-  wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
   wire [15:0] oneSlot = 16'h1 << (ends_valid_REG ? ends_bits_REG : it_slot);
   wire        isResting = phase == 5'h1C;
   wire        _lateStart_T = restart | lateStart;
@@ -8001,6 +8006,8 @@ module OwnFrames(
   wire        _GEN_7 =
     isUsed & (isData ? isAhead & ~(ahead[13]) & ahead[12:0] != 13'h1FFF : isLife & due_sequence != _GEN_6);
   wire        _GEN_8 = _walk_output & _GEN_7;
+  wire        isLife1 = second ? lifeWaits_1 : lifeWaits_0;
+  wire        nextIsNew = (|{begins_1, begins_0}) & ~isLife1 & it_isNew & ~(_isBegun_T_1[0]);
   wire [3:0]  low = it_isNew ? next[3:0] - 4'h1 : it_sequence;
   wire [13:0] sequence_0 = nextIsNew ? next : {low >= next[3:0] ? next[13:4] - 10'h1 : next[13:4], low};
   wire        _GEN_9 = _lateStart_T & isResting | ~setting_on;
@@ -8249,7 +8256,7 @@ module OwnFrames(
         & ~(((&r3_copies_0) | (&r3_copies_1)) & ~(_lifeWaits_1_T_7 | _lifeWaits_1_T_8)
             & ~(_lifeWaits_1_T_12 | _lifeWaits_1_T_13));
     end
-    keeps_r <= wasWaiting & setting_on;
+    keeps_r <= wasWaiting;
     ends_bits_REG <= lateListed;
     sent_REG <= well;
     counts_failed_REG <= isGivenUp;
@@ -8325,7 +8332,7 @@ module OwnFrames(
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
   assign conflict = inConflict & ~lateStart;
-  assign counts_sent = nextIsNew;
+  assign counts_sent = tick & (|{beganNew_1, beganNew_0});
   assign counts_confirmed = ends_valid_REG & sent_REG;
   assign counts_failed = ends_valid_REG & ~sent_REG & ~counts_failed_REG;
   assign counts_repeated = counts_repeated_REG;
@@ -9827,14 +9834,13 @@ module Bridge(
   wire [7:0]  _isFree_T = into_pending >> _GEN;
   wire [7:0]  _GEN_0 = {5'h0, slot};
   wire [7:0]  _isGone_T = into_pending >> _GEN_0;
-  wire        into_append_valid_0 = step == 4'hA;
-  wire        counts = step == 4'hB;
+  wire        into_append_valid_0 = step == 4'hB;
+  wire        counts = step == 4'hC;
   wire        isRead = ~(|step) | into_append_valid_0 | counts;
   wire        looks = step == 4'h5;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
   wire        _into_job_bits_data_T = part == 2'h1;
-  wire        isBetter =
-    found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
+  reg         isBetter;
   wire        _GEN_1 = isRead & from_taken_valid;
   wire [3:0]  _GEN_2 = {3'h0, more | from_taken_valid};
   wire        _GEN_3 = step == 4'h1;
@@ -9848,48 +9854,49 @@ module Bridge(
   wire        _GEN_11 = step == 4'h8;
   wire        _GEN_12 = step == 4'h9;
   wire        _GEN_13 = step == 4'hA;
-  wire        _GEN_14 = ~into_appended | drops;
-  wire        _GEN_15 = step == 4'hB & into_done;
+  wire        _GEN_14 = step == 4'hB;
+  wire        _GEN_15 = ~into_appended | drops;
+  wire        _GEN_16 = step == 4'hC & into_done;
   reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_16 = {2'h1, &at, 1'h0};
-  wire [3:0]  _GEN_17 = _GEN_15 ? _GEN_2 : step;
+  wire [3:0]  _GEN_17 = {2'h1, &at, 1'h0};
+  wire [3:0]  _GEN_18 = _GEN_16 ? _GEN_2 : step;
   always @(*) begin
     casez (step)
       4'b0000:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b0001:
         casez_tmp = from_ready ? 4'h2 : step;
       4'b0010:
-        casez_tmp = part == 2'h0 ? 4'h3 : 4'h9;
+        casez_tmp = part == 2'h0 ? 4'h3 : 4'hA;
       4'b0011:
-        casez_tmp = _GEN_6 ? 4'h9 : 4'h4;
+        casez_tmp = _GEN_6 ? 4'hA : 4'h4;
       4'b0100:
-        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_16 : 4'h5) : 4'h9;
+        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_17 : 4'h5) : 4'hA;
       4'b0101:
-        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_16 : 4'h9) : step;
+        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_17 : 4'hA) : step;
       4'b0110:
-        casez_tmp = _isGone_T[0] ? (isBetter ? 4'h7 : 4'hB) : 4'h9;
+        casez_tmp = 4'h7;
       4'b0111:
-        casez_tmp = {3'h4, ~(_isGone_T[0])};
+        casez_tmp = _isGone_T[0] ? {1'h1, ~isBetter, 2'h0} : 4'hA;
       4'b1000:
-        casez_tmp = _isGone_T[0] ? 4'h4 : 4'h9;
+        casez_tmp = _isGone_T[0] ? 4'h9 : 4'hA;
       4'b1001:
-        casez_tmp = into_done ? ((&part) ? 4'hA : 4'h1) : step;
+        casez_tmp = _isGone_T[0] ? (_skips_T[0] ? 4'h4 : 4'h7) : 4'hA;
       4'b1010:
-        casez_tmp = into_appended ? (drops ? 4'hB : _GEN_2) : step;
+        casez_tmp = into_done ? ((&part) ? 4'hB : 4'h1) : step;
       4'b1011:
-        casez_tmp = _GEN_17;
+        casez_tmp = into_appended ? (drops ? 4'hC : _GEN_2) : step;
       4'b1100:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b1101:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b1110:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       default:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
     endcase
   end // always @(*)
-  wire        _GEN_18 = _GEN_1 | more;
+  wire        _GEN_19 = _GEN_1 | more;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -9902,32 +9909,31 @@ module Bridge(
         step <= _GEN_2;
       more <=
         (|step)
-        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
-             ? _GEN_18
-             : _GEN_13 ? _GEN_14 & _GEN_18 : ~_GEN_15 & _GEN_18);
+        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13
+             ? _GEN_19
+             : _GEN_14 ? _GEN_15 & _GEN_19 : ~_GEN_16 & _GEN_19);
     end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_19 = ~(into_pending[6:0]);
-  wire        _GEN_20 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_21 = into_done & _GEN_20;
-  wire        _GEN_22 = _GEN_9 | _GEN_10;
-  wire        _GEN_23 = _GEN_22 | ~(_GEN_11 & _isGone_T[0]);
+  wire [6:0]  _GEN_20 = ~(into_pending[6:0]);
+  wire        _GEN_21 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_22 = into_done & _GEN_21;
+  wire        _GEN_23 = _GEN_9 | _GEN_10 | _GEN_11;
   always @(posedge clock) begin
     if (_GEN_1)
       place <= from_taken_bits;
     if (|step) begin
-      if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11)) begin
-        if (_GEN_12) begin
+      if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12)) begin
+        if (_GEN_13) begin
           if (into_done)
             part <= part + 2'h1;
         end
-        else if (_GEN_13) begin
-          if (_GEN_14) begin
+        else if (_GEN_14) begin
+          if (_GEN_15) begin
           end
           else
             part <= 2'h0;
         end
-        else if (_GEN_15)
+        else if (_GEN_16)
           part <= 2'h0;
       end
     end
@@ -9941,13 +9947,13 @@ module Bridge(
       if (_GEN_5) begin
         if (_GEN_6)
           slot <=
-            _GEN_19[0]
+            _GEN_20[0]
               ? 3'h0
-              : _GEN_19[1]
+              : _GEN_20[1]
                   ? 3'h1
-                  : _GEN_19[2]
+                  : _GEN_20[2]
                       ? 3'h2
-                      : _GEN_19[3] ? 3'h3 : _GEN_19[4] ? 3'h4 : _GEN_19[5] ? 3'h5 : {2'h3, ~(_GEN_19[6])};
+                      : _GEN_20[3] ? 3'h3 : _GEN_20[4] ? 3'h4 : _GEN_20[5] ? 3'h5 : {2'h3, ~(_GEN_20[6])};
         else
           at <= 3'h0;
         found <= _GEN_6 & found;
@@ -9961,37 +9967,41 @@ module Bridge(
           at <= at + 3'h1;
       end
       else begin
-        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_20))
+        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_21))
           slot <= at;
         if (_GEN_8) begin
           if (into_done & _isFree_T[0])
             at <= at + 3'h1;
-          found <= _GEN_21 | found;
+          found <= _GEN_22 | found;
         end
         else begin
-          if (_GEN_23) begin
+          if (~(_GEN_9 | _GEN_10)) begin
+            if (_GEN_11)
+              at <= slot;
+            else if (_GEN_12 & _isGone_T[0] & _skips_T[0])
+              at <= 3'h0;
           end
-          else
-            at <= 3'h0;
-          found <= _GEN_23 & found;
+          found <= (_GEN_23 | ~_GEN_12 | ~(_isGone_T[0]) | ~(_skips_T[0])) & found;
         end
       end
     end
     drops <=
       (|step)
-      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_22
+      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_23
            ? drops
-           : _GEN_11 ? ~(_isGone_T[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
-    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_21)) begin
+           : _GEN_12 ? ~(_isGone_T[0]) | drops : (_GEN_13 | _GEN_14 | ~_GEN_16) & drops);
+    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_22)) begin
     end
     else
       lastKey <= into_key;
+    isBetter <=
+      found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   end // always @(posedge)
   assign from_read_valid = step == 4'h1;
   assign from_read_bits = {place, part};
   assign from_busy = ~isRead | more;
-  assign into_evict = step == 4'h6 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
-  assign into_job_valid = step == 4'h9 | counts | looks;
+  assign into_evict = step == 4'h7 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
+  assign into_job_valid = step == 4'hA | counts | looks;
   assign into_job_bits_source = target;
   assign into_job_bits_target = target;
   assign into_job_bits_write = ~looks;
@@ -10043,13 +10053,12 @@ module Bridge_1(
   wire [7:0]  _isFree_T = into_pending >> _GEN;
   wire [7:0]  _GEN_0 = {5'h0, slot};
   wire [7:0]  _isGone_T = into_pending >> _GEN_0;
-  wire        into_append_valid_0 = step == 4'hA;
-  wire        counts = step == 4'hB;
+  wire        into_append_valid_0 = step == 4'hB;
+  wire        counts = step == 4'hC;
   wire        looks = step == 4'h5;
   wire [7:0]  target = counts ? 8'hC7 : {3'h1, looks ? at : slot, looks ? 2'h0 : part};
   wire        _into_job_bits_data_T = part == 2'h1;
-  wire        isBetter =
-    found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
+  reg         isBetter;
   wire        _GEN_1 = (~(|step) | into_append_valid_0 | counts) & from_taken_valid;
   wire [3:0]  _GEN_2 = {3'h0, more | from_taken_valid};
   wire        _GEN_3 = step == 4'h1;
@@ -10063,48 +10072,49 @@ module Bridge_1(
   wire        _GEN_11 = step == 4'h8;
   wire        _GEN_12 = step == 4'h9;
   wire        _GEN_13 = step == 4'hA;
-  wire        _GEN_14 = ~into_appended | drops;
-  wire        _GEN_15 = step == 4'hB & into_done;
+  wire        _GEN_14 = step == 4'hB;
+  wire        _GEN_15 = ~into_appended | drops;
+  wire        _GEN_16 = step == 4'hC & into_done;
   reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_16 = {2'h1, &at, 1'h0};
-  wire [3:0]  _GEN_17 = _GEN_15 ? _GEN_2 : step;
+  wire [3:0]  _GEN_17 = {2'h1, &at, 1'h0};
+  wire [3:0]  _GEN_18 = _GEN_16 ? _GEN_2 : step;
   always @(*) begin
     casez (step)
       4'b0000:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b0001:
         casez_tmp = from_ready ? 4'h2 : step;
       4'b0010:
-        casez_tmp = part == 2'h0 ? 4'h3 : 4'h9;
+        casez_tmp = part == 2'h0 ? 4'h3 : 4'hA;
       4'b0011:
-        casez_tmp = _GEN_6 ? 4'h9 : 4'h4;
+        casez_tmp = _GEN_6 ? 4'hA : 4'h4;
       4'b0100:
-        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_16 : 4'h5) : 4'h9;
+        casez_tmp = _isFree_T[0] ? (_skips_T[0] ? _GEN_17 : 4'h5) : 4'hA;
       4'b0101:
-        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_16 : 4'h9) : step;
+        casez_tmp = into_done ? (_isFree_T[0] ? _GEN_17 : 4'hA) : step;
       4'b0110:
-        casez_tmp = _isGone_T[0] ? (isBetter ? 4'h7 : 4'hB) : 4'h9;
+        casez_tmp = 4'h7;
       4'b0111:
-        casez_tmp = {3'h4, ~(_isGone_T[0])};
+        casez_tmp = _isGone_T[0] ? {1'h1, ~isBetter, 2'h0} : 4'hA;
       4'b1000:
-        casez_tmp = _isGone_T[0] ? 4'h4 : 4'h9;
+        casez_tmp = _isGone_T[0] ? 4'h9 : 4'hA;
       4'b1001:
-        casez_tmp = into_done ? ((&part) ? 4'hA : 4'h1) : step;
+        casez_tmp = _isGone_T[0] ? (_skips_T[0] ? 4'h4 : 4'h7) : 4'hA;
       4'b1010:
-        casez_tmp = into_appended ? (drops ? 4'hB : _GEN_2) : step;
+        casez_tmp = into_done ? ((&part) ? 4'hB : 4'h1) : step;
       4'b1011:
-        casez_tmp = _GEN_17;
+        casez_tmp = into_appended ? (drops ? 4'hC : _GEN_2) : step;
       4'b1100:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b1101:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       4'b1110:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
       default:
-        casez_tmp = _GEN_17;
+        casez_tmp = _GEN_18;
     endcase
   end // always @(*)
-  wire        _GEN_18 = _GEN_1 | more;
+  wire        _GEN_19 = _GEN_1 | more;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -10117,32 +10127,31 @@ module Bridge_1(
         step <= _GEN_2;
       more <=
         (|step)
-        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
-             ? _GEN_18
-             : _GEN_13 ? _GEN_14 & _GEN_18 : ~_GEN_15 & _GEN_18);
+        & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13
+             ? _GEN_19
+             : _GEN_14 ? _GEN_15 & _GEN_19 : ~_GEN_16 & _GEN_19);
     end
   end // always @(posedge, posedge)
-  wire [6:0]  _GEN_19 = ~(into_pending[6:0]);
-  wire        _GEN_20 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
-  wire        _GEN_21 = into_done & _GEN_20;
-  wire        _GEN_22 = _GEN_9 | _GEN_10;
-  wire        _GEN_23 = _GEN_22 | ~(_GEN_11 & _isGone_T[0]);
+  wire [6:0]  _GEN_20 = ~(into_pending[6:0]);
+  wire        _GEN_21 = ~(_skips_T[0]) & (~found | into_key >= lastKey);
+  wire        _GEN_22 = into_done & _GEN_21;
+  wire        _GEN_23 = _GEN_9 | _GEN_10 | _GEN_11;
   always @(posedge clock) begin
     if (_GEN_1)
       place <= from_taken_bits;
     if (|step) begin
-      if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11)) begin
-        if (_GEN_12) begin
+      if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12)) begin
+        if (_GEN_13) begin
           if (into_done)
             part <= part + 2'h1;
         end
-        else if (_GEN_13) begin
-          if (_GEN_14) begin
+        else if (_GEN_14) begin
+          if (_GEN_15) begin
           end
           else
             part <= 2'h0;
         end
-        else if (_GEN_15)
+        else if (_GEN_16)
           part <= 2'h0;
       end
     end
@@ -10156,13 +10165,13 @@ module Bridge_1(
       if (_GEN_5) begin
         if (_GEN_6)
           slot <=
-            _GEN_19[0]
+            _GEN_20[0]
               ? 3'h0
-              : _GEN_19[1]
+              : _GEN_20[1]
                   ? 3'h1
-                  : _GEN_19[2]
+                  : _GEN_20[2]
                       ? 3'h2
-                      : _GEN_19[3] ? 3'h3 : _GEN_19[4] ? 3'h4 : _GEN_19[5] ? 3'h5 : {2'h3, ~(_GEN_19[6])};
+                      : _GEN_20[3] ? 3'h3 : _GEN_20[4] ? 3'h4 : _GEN_20[5] ? 3'h5 : {2'h3, ~(_GEN_20[6])};
         else
           at <= 3'h0;
         found <= _GEN_6 & found;
@@ -10176,36 +10185,40 @@ module Bridge_1(
           at <= at + 3'h1;
       end
       else begin
-        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_20))
+        if (_GEN_8 & into_done & (~(_isFree_T[0]) | _GEN_21))
           slot <= at;
         if (_GEN_8) begin
           if (into_done & _isFree_T[0])
             at <= at + 3'h1;
-          found <= _GEN_21 | found;
+          found <= _GEN_22 | found;
         end
         else begin
-          if (_GEN_23) begin
+          if (~(_GEN_9 | _GEN_10)) begin
+            if (_GEN_11)
+              at <= slot;
+            else if (_GEN_12 & _isGone_T[0] & _skips_T[0])
+              at <= 3'h0;
           end
-          else
-            at <= 3'h0;
-          found <= _GEN_23 & found;
+          found <= (_GEN_23 | ~_GEN_12 | ~(_isGone_T[0]) | ~(_skips_T[0])) & found;
         end
       end
     end
     drops <=
       (|step)
-      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_22
+      & (_GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | _GEN_8 | _GEN_23
            ? drops
-           : _GEN_11 ? ~(_isGone_T[0]) | drops : (_GEN_12 | _GEN_13 | ~_GEN_15) & drops);
-    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_21)) begin
+           : _GEN_12 ? ~(_isGone_T[0]) | drops : (_GEN_13 | _GEN_14 | ~_GEN_16) & drops);
+    if (~(|step) | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_7 | ~(_GEN_8 & _GEN_22)) begin
     end
     else
       lastKey <= into_key;
+    isBetter <=
+      found & (word[31] ? {word[28:18], 2'h3, word[17:0], word[30]} : {word[10:0], word[30], 20'h0}) < lastKey;
   end // always @(posedge)
   assign from_read_valid = step == 4'h1;
   assign from_read_bits = {place, part};
-  assign into_evict = step == 4'h6 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
-  assign into_job_valid = step == 4'h9 | counts | looks;
+  assign into_evict = step == 4'h7 & isBetter ? 8'h1 << _GEN_0 : 8'h0;
+  assign into_job_valid = step == 4'hA | counts | looks;
   assign into_job_bits_source = target;
   assign into_job_bits_target = target;
   assign into_job_bits_write = ~looks;

@@ -56,6 +56,9 @@ trait OwnHost {
   /** A copy is being sent. */
   def isSending(flight: Flight): Boolean
   def counts(counter: Int): Unit
+
+  /** Counts a frame that begins with the coming bit (RB-25). */
+  def leaves(counter: Int): Unit
   def lifeSettled(): Unit // the start of a life was confirmed or has failed
 }
 
@@ -148,7 +151,7 @@ class OwnFramesModel(host: OwnHost) {
     isFresh = false
     wait(f)
     flights += f
-    host.counts(RelayCounter.OwnSent)
+    host.leaves(RelayCounter.OwnSent)
     f
   }
 

@@ -10,6 +10,9 @@ class RelayCounters {
   def count(which: Int): Unit =
     values(which) = if (which >= Passed) values(which) + 1 & 0xffffffffL else (values(which) + 1) min 255
 
+  /** What was counted last, by a counter of 32 bits, has not happened. */
+  def takeBack(which: Int): Unit = values(which) = values(which) - 1 & 0xffffffffL
+
   def apply(which: Int): Long = values(which)
 
   /** The counter of a register's name. */

@@ -80,9 +80,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   private var state               = Listens
   private var listenEnd           = Option.empty[Long]                    // the unit
   private val homes               = mutable.Queue.empty[(Long, Incoming)] // and when they count
-  private val passed     = Array(0, 0) // since the last own one of the second half
-  private var turns      = 0L          // identifiers that came
+  private val passed     = Array(0, 0)       // since the last own one of the second half
+  private var turns      = 0L                // identifiers that came
   private val sending    = Array.fill(2)(Option.empty[Flight])
+  private var begun      = Vector.empty[Int] // what counts for frames that begin with the coming bit
+  private var begunAt    = 0L
   private var inConflict = false
   private var cycle      = 0L
 
@@ -90,7 +92,14 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def isAlone: Boolean           = !up(0) && !up(1)
   def isConflict: Boolean        = inConflict
   def counts(counter: Int): Unit = counters.count(counter)
-  def lifeSettled(): Unit        = if (state == Announces) state = if (isAlone) Listens else Runs
+
+  /** Until that bit it has not left. */
+  def leaves(counter: Int): Unit = {
+    counts(counter)
+    begun :+= counter
+    begunAt = cycle
+  }
+  def lifeSettled(): Unit = if (state == Announces) state = if (isAlone) Listens else Runs
 
   def isSending(flight: Flight): Boolean =
     (0 to 1).exists(port => sending(port).contains(flight) && senders.quiet(port) == 0)
@@ -116,6 +125,8 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     own.drop()
     slots.drop()
     homes.clear()
+    if (cycle < begunAt + linkBit) begun.foreach(counters.takeBack)
+    begun = Vector.empty
     for (port <- 0 to 1) {
       coming(port) = None
       passed(port) = 0
@@ -222,6 +233,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   /** Before each bit that is sent. */
   def tick(): Unit = if (isOn) {
+    begun = Vector.empty
     val wasEmpty = own.isEmpty
     own.forget()
     while (homes.headOption.exists(_._1 <= cycle)) {
@@ -299,7 +311,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
         leaving(port) = Some(f)
         sending(port) = None
         passed(port) += 1
-        if (f.port != port) counts(RelayCounter.Passed + f.port)
+        if (f.port != port) leaves(RelayCounter.Passed + f.port)
         senders.begin(port, f.passed, f.body)
       }
 }

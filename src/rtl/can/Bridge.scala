@@ -60,7 +60,8 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   val into = IO(Flipped(new BridgeInto(p)))
 
   private object Step extends ChiselEnum {
-    val idle, reads, comes, chooses, searches, looks, evicts, leaves, evicted, copies, asks, counts = Value
+    val idle, reads, comes, chooses, searches, looks, compares, evicts, leaves, evicted, copies, asks,
+        counts = Value
   }
   private val step  = RegInit(Step.idle) // reset: nothing is to be done
   private val place = Reg(UInt(ReceiveFifo.placeBits(p.rxFrames).W))
@@ -102,8 +103,8 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   into.job.bits.data  := Mux(part === 1.U, word(3, 0), word)
   into.append.valid   := step === Step.asks
   into.append.bits    := (first / 8).U(1.W) ## slot
-  // The last comparison counts from this cycle on.
-  private val isBetter = found && CanOrder(word) < lastKey
+  // The new frame is in front of the one that was found.
+  private val isBetter = RegNext(found && CanOrder(word) < lastKey)
   into.evict := Mux(step === Step.evicts && isBetter, UIntToOH(slot), 0.U)
 
   /** The word of the frame that is there goes to `slot`, then the others do. */
@@ -118,7 +119,7 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
   }
   private def goOn(): Unit = {
     at   := at + 1.U
-    step := Mux(isLast, Step.evicts, Step.searches)
+    step := Mux(isLast, Step.compares, Step.searches)
   }
 
   private val goesOn = more || from.taken.valid
@@ -156,17 +157,21 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
         when(isFree) { copy(at) }.otherwise { goOn() }
       }
     }
+    is(Step.compares) { step := Step.evicts }
     // If it has gone by itself, which may be since it was found, nothing is dropped.
     is(Step.evicts) {
       when(isGone) { copy(slot) }.otherwise { step := Mux(isBetter, Step.leaves, Step.counts) }
     }
-    is(Step.leaves) { when(isGone) { copy(slot) }.otherwise { step := Step.evicted } }
+    is(Step.leaves) {
+      at := slot
+      when(isGone) { copy(slot) }.otherwise { step := Step.evicted }
+    }
     is(Step.evicted) {
-      // It may have been begun in the last cycle.
-      when(!isGone) { search() }.otherwise {
+      // Else it was begun in the last cycle, or slots are held for a few cycles, at the same moment of each bit.
+      when(isGone) {
         drops := true.B
         copy(slot)
-      }
+      }.elsewhen(skips) { search() }.otherwise { step := Step.evicts }
     }
     is(Step.copies) {
       when(into.done) {

@@ -326,7 +326,7 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
     for (q <- 0 to 1) lifeWaits(q) := (tells || (announces && !isDone)) && r3.waits(q)
   }
 
-  keeps            := late(wasWaiting && setting.on) && !isDone
+  keeps            := late(wasWaiting) && !isDone
   ends.valid       := RegNext(lateSlot && isDone && onNext, false.B)
   ends.bits        := RegNext(lateListed)
   sent             := RegNext(well)
@@ -357,7 +357,6 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
   private val nextIsNew = begins.asUInt.orR && !isLife1 && it.isNew && !isBegun
   private val nextLow   = next(SequenceBits - 1, 0)
   private val nextHigh  = next(SequenceWidth - 1, SequenceBits)
-  counts.sent := nextIsNew
   when(phase === Looks(0).U) {
     began    := VecInit(false.B, false.B)
     beganNew := VecInit(false.B, false.B)
@@ -383,6 +382,8 @@ class OwnFrames(p: CanParams, schedule: Schedule) extends Module {
     next    := next + 1.U
     isAhead := true.B
   }
+  // It is sent once its bit is over: relay mode may end before that (RB-25).
+  counts.sent := tick && beganNew.asUInt.orR
   private val oneSlot = UIntToOH(Mux(ends.valid, ends.bits, it.slot), p.slots)
   when(ends.valid) { begunMap := begunMap & ~oneSlot }
   when(nextIsNew) { begunMap := begunMap | oneSlot }

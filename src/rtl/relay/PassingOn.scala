@@ -266,6 +266,8 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
   private val isSecond  = ShiftRegister(order(TransitLists.KeyBits - 1), 2) // when it begins
   private val isOwnNext = wants && (noName || lists.isBefore)
   private val goes      = on && Mux(isOwnNext, mayOwn, mayPass)
+  // What begins with the next bit passes between the ports. Reset: nothing.
+  private val passesOn = RegInit(VecInit(false.B, false.B))
   lists.out         := Mux(asked.reduce(_ || _), asked(1), to)
   lists.looks.valid := looks.reduce(_ || _)
   lists.looks.bits  := looks(1)
@@ -273,13 +275,17 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
   for ((sender, p) <- senders.zipWithIndex) {
     decides(p) := asked(p)
     when(begin(p) && goes) {
-      sender.begin         := true.B
-      sender.own           := isOwnNext
-      begins(p)            := isOwnNext
-      leaves(p)            := !isOwnNext
-      lists.take           := !isOwnNext
-      counts.passed(1 - p) := !isOwnNext && !wraps(p)(lists.first)
-      passed(p)            := Mux(isOwnNext, Mux(isSecond, 0.U, passed(p)), passed(p) + !isLate(p))
+      sender.begin := true.B
+      sender.own   := isOwnNext
+      begins(p)    := isOwnNext
+      leaves(p)    := !isOwnNext
+      lists.take   := !isOwnNext
+      passesOn(p)  := !isOwnNext && !wraps(p)(lists.first)
+      passed(p)    := Mux(isOwnNext, Mux(isSecond, 0.U, passed(p)), passed(p) + !isLate(p))
+    }
+    when(tick) {
+      counts.passed(1 - p) := passesOn(p)
+      passesOn(p)          := false.B
     }
   }
   for (q <- 0 to 1) when(lists.take && target(q) === last ## lists.first) { waits(q) := false.B }
@@ -291,6 +297,7 @@ class PassingOn(schedule: Schedule, units: PassingUnits) extends Module {
     passes     := VecInit(false.B, false.B)
     waits      := VecInit(false.B, false.B)
     leaves     := VecInit(false.B, false.B)
+    passesOn   := VecInit(false.B, false.B)
     passed     := VecInit(0.U, 0.U)
     lists.drop := VecInit(true.B, true.B)
     for (sender <- senders) { sender.silence := true.B }

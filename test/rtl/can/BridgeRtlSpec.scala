@@ -89,8 +89,15 @@ class BridgeSearchSpec extends AnyFlatSpec with ChiselScalatestTester {
   /** The slot that is taken back, the one that is used, and how many frames are counted as dropped. */
   private type Result = (Option[Int], Int, Int)
 
-  /** Slot 3 begins in some cycle of the search, or leaves by itself. */
-  private def search(dut: Bridge, change: Int, isGone: Boolean): Result = {
+  /** Slot 3 begins in some cycle of the search, or leaves by itself. In some cycles none can be taken back.
+    */
+  private def search(
+      dut: Bridge,
+      change: Int = 250,
+      isGone: Boolean = false,
+      rests: Int => Boolean = _ => false,
+      keys: Seq[Int] = keys
+  ): Result = {
     var evicted = Option.empty[(Int, Int)] // the slot, and when
     var asked   = Option.empty[Int]
     var job     = Option.empty[Int]        // since when it is done
@@ -114,7 +121,9 @@ class BridgeSearchSpec extends AnyFlatSpec with ChiselScalatestTester {
         else if (dut.into.job.bits.write.peekBoolean()) words :+= source
         job = None
       } else if (job.isEmpty && dut.into.job.valid.peekBoolean()) job = Some(cycle)
-      for (s <- isThere if (dut.into.evict.peekInt().toInt >> s & 1) == 1 && !(s == 3 && isHeld))
+      for (
+        s <- isThere if (dut.into.evict.peekInt().toInt >> s & 1) == 1 && !(s == 3 && isHeld) && !rests(cycle)
+      )
         evicted = Some(s -> cycle)
       val asks = dut.into.append.valid.peekBoolean()
       if (asks) asked = Some(dut.into.append.bits.peekInt().toInt - CanParams.BridgeSlots.start)
@@ -127,13 +136,19 @@ class BridgeSearchSpec extends AnyFlatSpec with ChiselScalatestTester {
     (evicted.filterNot(e => isGone && e._2 + 2 > change).map(_._1), asked.get, drops)
   }
 
-  private def check(isGone: Boolean, early: Result): Unit =
+  private val late: Result = (Some(3), 3, 1)
+
+  private def bridge(body: Bridge => Unit): Unit =
     test(new Bridge(p)).withAnnotations(Simulation.annotations(this, "search")) { dut =>
       dut.clock.setTimeout(0)
       dut.from.ready.poke(true)
       dut.from.taken.bits.poke(0)
       dut.from.data.poke(0) // the first frame of all
-      val late         = (Option(3), 3, 1)
+      body(dut)
+    }
+
+  private def check(isGone: Boolean, early: Result): Unit =
+    bridge { dut =>
       val results      = (0 until 80).map(search(dut, _, isGone))
       val (some, rest) = results.span(_ == early)
       assert(some.size > 30 && rest.size > 30 && rest.forall(_ == late), s"$results")
@@ -144,4 +159,20 @@ class BridgeSearchSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   "BR-02: a slot that is free while the last one is sought" should "be used, and nothing be dropped" in
     check(isGone = true, (None, 3, 0))
+
+  "BR-02: a frame that is in front of one slot alone" should "take the place of that" in bridge { dut =>
+    for (slot <- 0 until slots) {
+      val result = search(dut, keys = Seq.fill(slots)(0).updated(slot, 1))
+      assert(result == ((Some(slot), slot, 1)))
+    }
+  }
+
+  "BR-02: slots that are held for three cycles of each bit of relay mode" should
+    "be taken back in the others, at any bit rate" in bridge { dut =>
+      for (bit <- 25 to 60; phase <- 0 until bit)
+        assert(
+          search(dut, rests = c => (c + phase) % bit < 3) == late,
+          s"bits of $bit, from $phase on"
+        )
+    }
 }

@@ -2,8 +2,10 @@ package flyframe.relay
 
 import flyframe.Tier
 import flyframe.can.CanFrame
+import flyframe.params.CanParams
 import flyframe.registers.{CanRegisters, RingRegisters}
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.collection.mutable
 import scala.collection.mutable.ArrayBuffer
 
 /** What the host does in any cycle around what happens to own frames, a node of relay mode in RTL beside the
@@ -20,8 +22,16 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     *   the copies of the frame come home, else they are lost
     * @param happens
     *   it has happened in the model
+    * @param isOther
+    *   the frame is one of another node that comes by port 1
     */
-  private case class Scene(name: String, isLife: Boolean, comesHome: Boolean, happens: RelayModel => Boolean)
+  private case class Scene(
+      name: String,
+      isLife: Boolean,
+      comesHome: Boolean,
+      happens: RelayModel => Boolean,
+      isOther: Boolean = false
+  )
 
   private def isRepeated(m: RelayModel) = m.node.counters(RelayCounter.Repeated) > 0
   private val scenes = Seq(
@@ -29,9 +39,24 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     Scene("a frame begins", isLife = false, comesHome = true, !_.node.own.isEmpty),
     Scene("a frame is confirmed", isLife = false, comesHome = true, m => ended(m, RelayCounter.Confirmed)),
     Scene("a frame is repeated", isLife = false, comesHome = false, isRepeated),
-    Scene("a frame fails", isLife = false, comesHome = false, m => ended(m, RelayCounter.Failed))
+    Scene("a frame fails", isLife = false, comesHome = false, m => ended(m, RelayCounter.Failed)),
+    Scene(
+      "a frame passes",
+      isLife = false,
+      comesHome = false,
+      m => ended(m, RelayCounter.Passed + 1),
+      isOther = true
+    )
   )
   private def ended(m: RelayModel, counter: Int) = m.node.counters(counter) > 0
+
+  private val Other = {
+    val header = LinkHeader(LinkKind.Data, 1, 40, 3, 100)
+    LinkFrame.levels(header, LinkBody.of(header, CanFrame(1, extended = false, remote = false, 1, Seq(7))))
+  }
+
+  /** Cycles from the decision that a frame begins to the end of that bit, and those of an access. */
+  private val Decided = Bit - Schedule(CanParams()).decisions.head + 4
 
   private val relay = 1 << RingRegisters.Relay
   private val orders = Seq[(String, Int, Seq[Int])](
@@ -62,7 +87,7 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
   }
 
   private val shown = Seq(port + CanRegisters.Requests -> 2, port + CanRegisters.Sent -> 4, 0x24 -> 12) ++
-    Seq(RingRegisters.Control -> 1, RingRegisters.LinkBit -> 8, 0x38 -> 8)
+    Seq(RingRegisters.Control -> 1, RingRegisters.LinkBit -> 8, 0x30 -> 16)
   private def show(node: RelayUnderTest) =
     shown.flatMap { case (from, count) => node.read(from, count) } :+ (node
       .read(RingRegisters.State, 1)
@@ -73,10 +98,13 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
     RelaySimulation { rtl =>
       var isUp     = false
       var isLooped = true
+      val other    = mutable.Queue.empty[Boolean]
       def cycle(): Unit = {
         val levels = (rtl.level(0), rtl.level(1))
         r.sent += levels
-        r.heard += (if (isLooped) levels.swap else (true, true))
+        r.heard += (
+          if (isLooped) levels.swap else (true, other.isEmpty || other.dequeue())
+        )
         r.up += isUp
         rtl.step(r.heard.last, (isUp, isUp))
       }
@@ -103,7 +131,10 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
       if (!scene.isLife) {
         run(260)
         isLooped = scene.comesHome
-        r.asked = write(port + CanRegisters.Requests, 1, 0)
+        if (scene.isOther) {
+          r.asked = rtl.cycle
+          other ++= Other.flatMap(Seq.fill(Bit)(_))
+        } else r.asked = write(port + CanRegisters.Requests, 1, 0)
       }
       for ((address, bytes, at) <- order) {
         while (rtl.cycle < at) cycle()
@@ -139,26 +170,42 @@ class HostInAnyCycleSpec extends AnyFlatSpec {
 
   "RB-12, RB-13, RB-19, RB-25, RB-28: an order in any cycle around what happens to own frames" should
     "count at one moment, as in the model" in tier.run("all", tier.size) {
-      val events = for (scene <- scenes) yield {
-        val event = replay(record(scene, None), scene, 0).fold(fail(_), identity)
-        assert(event > 0, s"it has not happened: ${scene.name}")
-        event
-      }
       val all = for {
-        (scene, event)         <- scenes.zip(events)
+        scene <- scenes
+        event = happens(scene)
         (name, address, bytes) <- orders
         cycle                  <- event - 2 * Bit until event + Bit
       } yield (scene, name, address, bytes, cycle)
       val step = (all.size / tier.size).toInt max 1
-      for ((scene, name, address, bytes, cycle) <- all.indices.by(step).map(all)) {
-        val r     = record(scene, Some((address, bytes, cycle)))
-        val o     = r.order.get
-        val ticks = (o.begins - Bit until o.ends).filter(_ % Bit == Bit - 1)
-        val tries = (o.ends +: ticks).map(replay(r, scene, _))
-        assert(
-          tries.exists(_.isRight),
-          s"$name in cycle $cycle, ${cycle % Bit} of its bit: ${scene.name}: ${tries.mkString("; ")}"
-        )
-      }
+      for ((scene, name, address, bytes, cycle) <- all.indices.by(step).map(all))
+        check(scene, name, address, bytes, cycle)
     }
+
+  "RB-25: relay mode that ends in any cycle between the decision that a frame begins and that" should
+    "count the frame only if it leaves" in {
+      val (name, address, bytes) = orders.find(_._1 == "the end of relay mode").get
+      for {
+        scene <- scenes.filter(s => Seq("a frame begins", "a frame passes").contains(s.name))
+        event = happens(scene)
+        cycle <- event + Bit - Decided until event + Bit + 2
+      } check(scene, name, address, bytes, cycle)
+    }
+
+  /** The cycle in which it happens if the host does nothing. */
+  private def happens(scene: Scene): Long = {
+    val event = replay(record(scene, None), scene, 0).fold(fail(_), identity)
+    assert(event > 0, s"it has not happened: ${scene.name}")
+    event
+  }
+
+  private def check(scene: Scene, name: String, address: Int, bytes: Seq[Int], cycle: Long): Unit = {
+    val r     = record(scene, Some((address, bytes, cycle)))
+    val o     = r.order.get
+    val ticks = (o.begins - Bit until o.ends).filter(_ % Bit == Bit - 1)
+    val tries = (o.ends +: ticks).map(replay(r, scene, _))
+    assert(
+      tries.exists(_.isRight),
+      s"$name in cycle $cycle, ${cycle % Bit} of its bit: ${scene.name}: ${tries.mkString("; ")}"
+    )
+  }
 }
