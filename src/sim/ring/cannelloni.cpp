@@ -1,22 +1,13 @@
 #include "ring/cannelloni.h"
 
-#include <algorithm>
 #include <vector>
 
+#include "ring/cannelloni_frame.h"
 #include "ring/loopback.h"
-#include "ring/socketcan.h"
 
 namespace {
 constexpr uint8_t kVersion = 2, kData = 0;
 constexpr size_t kHead = 5, kMost = 1472;  // bytes of a datagram
-constexpr size_t kFrameHead = 5, kLongestFrame = kFrameHead + 8;
-constexpr uint8_t kFd = 0x80;  // of a length: a byte of flags follows
-
-uint32_t big(const uint8_t* p, size_t bytes) {
-  uint32_t n = 0;
-  for (size_t i = 0; i < bytes; ++i) n = n << 8 | p[i];
-  return n;
-}
 }  // namespace
 
 CannelloniDoor::CannelloniDoor(uint16_t port, uint16_t peer)
@@ -32,26 +23,15 @@ bool CannelloniDoor::take(const uint8_t* d, size_t length, CanHost* port) {
   if (heard_ && d[2] != wanted_) ++gaps_;
   heard_ = true;
   wanted_ = static_cast<uint8_t>(d[2] + 1);
-  const unsigned count = big(d + 3, 2);
   unsigned fds = 0;
   std::vector<CanFrame> frames;
   size_t at = kHead;
-  for (unsigned i = 0; i < count; ++i) {
-    if (length - at < kFrameHead) return false;
-    const uint32_t id = big(d + at, 4);
-    const bool isFd = d[at + 4] & kFd;
-    const size_t bytes = isFd ? d[at + 4] & ~kFd : d[at + 4];
-    const size_t carried = (isFd ? 1 : 0) + (id & socketcan::kRemote ? 0 : bytes);
-    at += kFrameHead;
-    if (bytes > (isFd ? 64 : 8) || length - at < carried) return false;
-    if (isFd) {
-      ++fds;
-    } else {
-      const auto frame = socketcan::canFrame(id, bytes, d + at);
-      if (!frame) return false;
-      frames.push_back(*frame);
-    }
-    at += carried;
+  for (int left = d[3] << 8 | d[4]; left > 0; --left) {
+    const cannelloni::Found found = cannelloni::find(d + at, length - at);
+    if (found.bytes == 0 || found.isMalformed) return false;
+    if (found.frame) frames.push_back(*found.frame);
+    else ++fds;
+    at += found.bytes;
   }
   if (at != length) return false;
   dropped_ += fds;
@@ -79,9 +59,7 @@ void CannelloniDoor::serve(CanHost* port) {
 
 void CannelloniDoor::flush() {
   if (count_ == 0) return;
-  if (peer_ == 0) {
-    dropped_ += count_;
-  } else {
+  if (peer_ != 0) { // else nobody has joined
     Bytes datagram = {kVersion, kData, sequence_++, static_cast<uint8_t>(count_ >> 8),
                       static_cast<uint8_t>(count_)};
     datagram.insert(datagram.end(), frames_.begin(), frames_.end());
@@ -97,10 +75,8 @@ void CannelloniDoor::flush() {
 void CannelloniDoor::happened(const CanEvent& e) {
   const bool isFrame = e.kind == CanEvent::received || (e.kind == CanEvent::sent && e.by != this);
   if (!isFrame) return;
-  if (kHead + frames_.size() + kLongestFrame > kMost) flush();
-  const socketcan::Frame f = socketcan::of(e.frame);
-  for (int shift = 24; shift >= 0; shift -= 8) frames_.push_back(static_cast<uint8_t>(f.id >> shift));
-  frames_.push_back(f.length);
-  if (!e.frame.remote) frames_.insert(frames_.end(), f.data.begin(), f.data.begin() + f.length);
+  const std::string frame = cannelloni::bytesOf(e.frame);
+  if (kHead + frames_.size() + frame.size() > kMost) flush();
+  frames_.insert(frames_.end(), frame.begin(), frame.end());
   ++count_;
 }

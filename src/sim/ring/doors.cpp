@@ -2,6 +2,7 @@
 
 #include "core/user_error.h"
 #include "ring/cannelloni.h"
+#include "ring/cannelloni_stream.h"
 #include "ring/linux_can.h"
 #include "ring/recorder.h"
 #include "ring/slcan.h"
@@ -48,7 +49,9 @@ Doors::Doors(Ring& ring, const Options& options) : ring_(ring), doors_(ring.size
   for (const std::string& o : options.cannelloni) {
     const size_t i = nodeOf(o, value), colon = value.find(':');
     const uint16_t peer = colon == std::string::npos ? 0 : port(value.substr(colon + 1));
-    add(i, std::make_unique<CannelloniDoor>(port(value.substr(0, colon)), peer));
+    const uint16_t own = port(value.substr(0, colon));
+    add(i, std::make_unique<CannelloniDoor>(own, peer));
+    add(i, std::make_unique<CannelloniStreamDoor>(own));
   }
   for (const std::string& o : options.socketcan) {
     const size_t i = nodeOf(o, value);

@@ -59,7 +59,7 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   };
   std::unique_ptr<Control> control;
   if (!controlPath.empty()) control = std::make_unique<Control>(controlPath, command);
-  std::printf("ready: %zu nodes\n", ring.size());
+  std::printf("ready: %zu nodes, seed %llu\n", ring.size(), static_cast<unsigned long long>(ring.seed()));
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
   constexpr Time kLook = 20 * kUs;
@@ -124,7 +124,8 @@ int main(int argc, char** argv) {
   door("--slcan", doorOptions.slcan, "NODE=PATH: a pseudo-terminal with slcan, PATH becomes a link to it");
   door("--socketcand", doorOptions.socketcand, "NODE=PORT: socketcand on 127.0.0.1, bus can0");
   door("--cannelloni", doorOptions.cannelloni,
-       "NODE=PORT[:PEER]: cannelloni 2 over UDP on 127.0.0.1, to port PEER, else to who has sent last");
+       "NODE=PORT[:PEER]: cannelloni on 127.0.0.1, over TCP and 2 over UDP, to port PEER, else to who has sent "
+       "last");
   door("--socketcan", doorOptions.socketcan, "NODE=INTERFACE: a CAN interface of this computer");
   door("--record", doorOptions.pcap, "NODE=FILE: frames and errors as a capture (SocketCAN)");
   door("--candump", doorOptions.candump, "NODE=FILE: the same as a log of candump");

@@ -31,6 +31,7 @@ class Ring {
   Time now() const { return now_; }
   // Nodes, and behind them the controllers on twisted pairs.
   size_t size() const { return nodes_.size(); }
+  uint64_t seed() const { return spec_.seed; }
   const RingNodeSpec& spec(size_t i) const { return spec_.nodes[i]; }
   Slave& node(size_t i) { return *nodes_[i]->slave; }
   BoardHardware& board(size_t i) { return nodes_[i]->board; }

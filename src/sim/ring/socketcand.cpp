@@ -3,13 +3,10 @@
 #include <sstream>
 #include <vector>
 
-#include "ring/loopback.h"
 #include "ring/socketcan.h"
 
 namespace {
-constexpr size_t kClients = 16;
-constexpr size_t kLongest = 256;     // characters of a line
-constexpr size_t kUnread = 4 << 20;  // that wait for a client; then it is gone
+constexpr size_t kLongest = 256;  // characters of a line
 constexpr const char* kOk = "< ok >";
 
 bool parseHex(const std::string& text, size_t most, uint32_t& value) {
@@ -26,30 +23,6 @@ std::string verbOf(const std::string& words) {
   return verb;
 }
 }  // namespace
-
-SocketcandDoor::SocketcandDoor(uint16_t port) : listener_(loopbackSocket(SOCK_STREAM, port)) {}
-
-SocketcandDoor::~SocketcandDoor() {
-  for (Client& c : clients_) close(c.fd);
-  close(listener_);
-}
-
-void SocketcandDoor::say(Client& c, const std::string& text) {
-  if (c.out.size() + text.size() > kUnread) {
-    ++dropped_;
-    c.gone = true;
-    return;
-  }
-  c.out += text;
-  flush(c);
-}
-
-void SocketcandDoor::flush(Client& c) {
-  if (c.out.empty() || c.gone) return;
-  const ssize_t n = ::send(c.fd, c.out.data(), c.out.size(), MSG_NOSIGNAL);
-  if (n > 0) c.out.erase(0, static_cast<size_t>(n));
-  else if (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) c.gone = true;
-}
 
 // send ID DLC BYTES: 3 digits of an identifier of 11 bits, 8 of one of 29.
 bool SocketcandDoor::send(Client& c, const std::string& words, CanHost* port) {
@@ -69,7 +42,7 @@ bool SocketcandDoor::send(Client& c, const std::string& words, CanHost* port) {
   const auto frame = socketcan::canFrame(number | (extended ? socketcan::kExtended : 0), length, data.data());
   if (!frame) return false;
   if (!port) ++dropped_;
-  else port->send(*frame, name(c));
+  else port->send(*frame, sender(c));
   return true;
 }
 
@@ -96,19 +69,7 @@ std::string SocketcandDoor::answer(Client& c, const std::string& words, CanHost*
   return c.open ? "< error unknown command >" : "< error no bus is open >";
 }
 
-// A client whose next frame finds no place at the port is not read until there is one, as by a slow bus.
 void SocketcandDoor::take(Client& c, CanHost* port) {
-  char buffer[4096];
-  while (!c.gone && !c.ended && c.in.size() <= sizeof buffer) {
-    const ssize_t n = recv(c.fd, buffer, sizeof buffer, 0);
-    if (n > 0) {
-      c.in.append(buffer, static_cast<size_t>(n));
-      continue;
-    }
-    if (n == 0) c.ended = true;
-    else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) c.gone = true;
-    break;
-  }
   for (size_t end; (end = c.in.find('>')) != std::string::npos;) {
     const size_t begin = c.in.rfind('<', end);
     const std::string words =
@@ -121,32 +82,6 @@ void SocketcandDoor::take(Client& c, CanHost* port) {
   if (c.in.size() > kLongest && c.in.find('>') == std::string::npos) {
     ++malformed_;
     c.in.clear();
-  }
-}
-
-void SocketcandDoor::serve(CanHost* port) {
-  for (int fd; (fd = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;) {
-    if (clients_.size() >= kClients) {
-      close(fd);
-      ++dropped_;
-      continue;
-    }
-    clients_.push_back({fd, ++last_, "", ""});
-    say(clients_.back(), "< hi >");
-  }
-  // Who sends goes to the end, so that the next place at a full port is another one's.
-  auto c = clients_.begin();
-  for (size_t left = clients_.size(); left > 0; --left) {
-    const auto now = c++;
-    const size_t backlog = port ? port->backlog() : 0;
-    take(*now, port);
-    flush(*now);
-    if (port && port->backlog() > backlog) clients_.splice(clients_.end(), clients_, now);
-    // What a client has sent before it left is still to be carried out.
-    if (now->gone || (now->ended && now->in.find('>') == std::string::npos)) {
-      close(now->fd);
-      clients_.erase(now);
-    }
   }
 }
 
@@ -170,5 +105,5 @@ void SocketcandDoor::happened(const CanEvent& e) {
   }
   line += ">";
   for (Client& c : clients_)
-    if (c.raw && e.by != name(c)) say(c, line);
+    if (c.raw && e.by != sender(c)) say(c, line);
 }

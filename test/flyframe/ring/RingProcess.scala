@@ -187,7 +187,7 @@ object RingProcess {
     val logs   = logged.map(n => n -> folder.resolve(s"$n.log"))
     val files  = Seq("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$script")
     val dumps  = logs.flatMap { case (n, log) => Seq("--candump", s"$n=$log") }
-    val (said, code) = refused(
+    val (said, code) = outputOf(
       files ++ dumps ++ Seq("--end-ms", s"${endUs / 1000.0}", "--processors", "1", "--with-parent"): _*
     )
     assert(code == 0, said)
@@ -201,7 +201,7 @@ object RingProcess {
   }
 
   /** What the program says, and its exit code, when it is started like that. */
-  def refused(arguments: String*): (String, Int) = {
+  def outputOf(arguments: String*): (String, Int) = {
     val process = new ProcessBuilder((program +: arguments).asJava).redirectErrorStream(true).start()
     val text    = new String(process.getInputStream.readAllBytes(), UTF_8)
     (text, process.waitFor())

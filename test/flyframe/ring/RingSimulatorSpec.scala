@@ -235,7 +235,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
   private def wrong(network: String): (String, Int) = {
     val folder = Directory.lasting("ring")
     val file   = Files.writeString(folder.resolve("network.json"), network)
-    refused("--network", s"$file", "--end-ms", "0.1", "--state", s"${folder.resolve("state")}")
+    outputOf("--network", s"$file", "--end-ms", "0.1", "--state", s"${folder.resolve("state")}")
   }
 
   "The simulator" should "answer a mistake with one sentence and exit code 2" in {
@@ -258,7 +258,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
       assert(code == 2 && text.contains(sentence) && text.count(_ == '\n') == 1, s"$network: $text")
     }
     for (arguments <- Seq(Seq("--network", "nowhere.json"), Seq("--seed", "x"), Nil)) {
-      val (text, code) = refused(arguments: _*)
+      val (text, code) = outputOf(arguments: _*)
       assert(code == 2 && text.count(_ == '\n') == 1, text)
     }
     val ring = Files.writeString(Directory.lasting("ring").resolve("network.json"), """{"nodes": 2}""")
@@ -275,7 +275,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
     for ((option, values) <- numbers; value <- values) {
       val files        = Seq("--network", s"$ring", "--state", s"${ring.resolveSibling("state")}")
       val end          = if (option == "--end-ms") Nil else Seq("--end-ms", "0.1")
-      val (text, code) = refused(files ++ end ++ Seq(option, value): _*)
+      val (text, code) = outputOf(files ++ end ++ Seq(option, value): _*)
       assert(code == 2 && text.contains(option) && text.count(_ == '\n') == 1, s"$option $value: $text")
     }
   }
@@ -300,7 +300,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
       val folder = Directory.lasting("ring")
       val file   = Files.writeString(folder.resolve("network.json"), """{"nodes": 2}""")
       val lines  = Files.writeString(folder.resolve("script"), script)
-      refused("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$lines")
+      outputOf("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$lines")
     }
     assert(run("5 cut 1\n10 quit\n")._2 == 0)
     val (text, code) = run("10000000000 cut 1\n")

@@ -34,8 +34,8 @@ def key(m):
     return m.arbitration_id, m.is_extended_id, m.is_remote_frame, m.dlc, bytes(m.data)
 
 
-class Cannelloni:
-    """Version 2 over UDP, with the two calls of a bus that are needed here."""
+class CannelloniOnUdp:
+    """Version 2 over UDP, which python-can has not, with the two calls of a bus that are needed here."""
 
     def __init__(self, port, own=0):
         self.peer = ("127.0.0.1", port)
@@ -91,7 +91,9 @@ def door(kind, where):
         return can.Bus(interface="socketcand", host="127.0.0.1", port=int(where), channel="can0")
     if kind == "socketcan":
         return can.Bus(interface="socketcan", channel=where)
-    return Cannelloni(int(where))
+    if kind == "cannelloni":
+        return can.Bus(interface="cannelloni", channel=f"127.0.0.1:{where}")
+    return CannelloniOnUdp(int(where))
 
 
 def exchange(first, there, second, here, count, seed, doubles="no"):
@@ -100,7 +102,8 @@ def exchange(first, there, second, here, count, seed, doubles="no"):
     rng = random.Random(int(seed))
     count = int(count)
     buses = [door(first, there), door(second, here)]
-    remote = "socketcand" not in (first, second)  # which has no remote frames
+    # The one has no remote frames, the other none with a DLC.
+    remote = not {"socketcand", "cannelloni"} & {first, second}
     sent = [[any_frame(rng, remote) for _ in range(count)] for _ in buses]
     # Two nodes never have the same identifier: their data would collide, up to bus-off.
     for side in (0, 1):
@@ -153,7 +156,8 @@ def hostile(slcan, socketcand, cannelloni, rounds, seed):
     rng = random.Random(int(seed))
     listener = door("socketcand", socketcand)
     adapter = door("slcan", slcan)
-    station = Cannelloni(int(cannelloni))
+    station = CannelloniOnUdp(int(cannelloni))
+    stream = door("cannelloni", cannelloni)
     silent = socket.create_connection(("127.0.0.1", int(socketcand)))  # opens the bus, and never reads
     silent.sendall(b"< open can0 >< rawmode >")
     for _ in range(int(rounds)):
@@ -211,13 +215,60 @@ def hostile(slcan, socketcand, cannelloni, rounds, seed):
                 ),
                 station.peer,
             )
-        for bus in (adapter, station):
+        # The same over TCP: a wrong welcome, or what is no frame; then it leaves.
+        with socket.create_connection(("127.0.0.1", int(cannelloni))) as c:
+            c.sendall(rng.choice([b"", b"CANNELLONIv2", b"CANNELLONI", b"CANNELLONIv1", b"CANNELLONIv1"]))
+            c.sendall(
+                rng.choice(
+                    [
+                        bytes(rng.getrandbits(8) for _ in range(rng.randrange(100))),
+                        struct.pack(">IB", 0x123, 9) + bytes(9),
+                        struct.pack(">IB", 0x800, 0),
+                        struct.pack(">IB", 0x123, 8),
+                        struct.pack(">IB", 0x123, 0x80 | 65) + bytes(66),
+                    ]
+                )
+            )
+        for bus in (adapter, station, stream):
             passes(bus, listener, rng)
         passes(listener, adapter, rng)
-    for b in (listener, adapter, station):
+    for b in (listener, adapter, station, stream):
         b.shutdown()
     silent.close()
     print(f"{rounds} rounds")
+
+
+def streams(cannelloni, socketcand, slcan):
+    """Clients of cannelloni over TCP that are silent, leave and lie; the first two doors are at one node."""
+    adapter, place = door("slcan", slcan), ("127.0.0.1", int(cannelloni))
+
+    def came(m):
+        found = adapter.recv(PATIENCE)
+        assert found is not None and key(found) == key(m), (found, m)
+
+    silent = [socket.create_connection(place) for _ in range(20)]  # more than there are places
+    station, neighbour = door("cannelloni", cannelloni), door("socketcand", socketcand)
+    # python-can waits for data behind a DLC.
+    adapter.send(can.Message(arbitration_id=1, is_extended_id=False, is_remote_frame=True, dlc=4))
+    adapter.send(can.Message(arbitration_id=2, is_extended_id=False, data=b"abc"))
+    found = [station.recv(PATIENCE) for _ in range(2)]
+    assert [key(m)[:4] for m in found] == [(1, False, True, 0), (2, False, False, 3)], found
+    assert neighbour.recv(PATIENCE).arbitration_id == 2  # it has no remote frames
+    # First clients of their doors.
+    for bus, other in ((station, neighbour), (neighbour, station)):
+        m = can.Message(arbitration_id=3, is_extended_id=False, data=b"d")
+        bus.send(m)
+        came(m)
+        assert key(other.recv(PATIENCE)) == key(m)
+    # Frames of one that leaves without having read anything, with one among them that cannot be.
+    with socket.create_connection(place) as c:
+        c.sendall(b"CANNELLONIv1" + struct.pack(">IB", 0x800, 0))
+        c.sendall(b"".join(struct.pack(">IBB", 0x100 + i, 1, i) for i in range(100)))
+    for i in range(100):
+        came(can.Message(arbitration_id=0x100 + i, is_extended_id=False, data=bytes([i])))
+    for b in (adapter, station, neighbour, *silent):
+        b.close() if isinstance(b, socket.socket) else b.shutdown()
+    print("all came")
 
 
 def log(path):
@@ -228,4 +279,4 @@ def log(path):
 
 
 if __name__ == "__main__":
-    {"exchange": exchange, "hostile": hostile, "log": log}[sys.argv[1]](*sys.argv[2:])
+    {"exchange": exchange, "hostile": hostile, "streams": streams, "log": log}[sys.argv[1]](*sys.argv[2:])
