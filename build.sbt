@@ -78,12 +78,13 @@ val chisel = Seq(
 )
 
 /** Tests that wait for other programs, or do in Java a thing once: the better of its two compilers costs more
-  * than it saves. Not so in long runs, nor in measurements (Test / runMain).
+  * than it saves. Not so in long runs, nor in measurements (Test / runMain, `make pictures`).
   */
 val simplyCompiled = {
   val simply = "-XX:TieredStopAtLevel=1"
+  val isLong = sys.env.get("FLYFRAME_TIER").contains("soak") || sys.env.contains("FLYFRAME_PICTURES")
   Seq(
-    Test / javaOptions ++= (if (sys.env.get("FLYFRAME_TIER").contains("soak")) Nil else Seq(simply)),
+    Test / javaOptions ++= (if (isLong) Nil else Seq(simply)),
     Test / run / javaOptions := (Test / javaOptions).value.filterNot(_ == simply)
   )
 }

@@ -5,6 +5,7 @@ import scala.collection.mutable.ArrayBuffer
 import scala.jdk.CollectionConverters._
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Directory
 import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.fibre.model.CanRing
 import flyframe.fibre.{DemodulatorModel, ModulatorModel, Reach, Tone}
@@ -250,6 +251,7 @@ class RingPicturesSpec extends AnyFlatSpec {
     def request(node: Int, slot: Int, frame: BusFrame): Unit = ring.request(node, slot, frame)
     def pending(node: Int): Int                              = ring.pending(node)
     def received(node: Int): Seq[BusFrame]                   = ring.received(node)
+    def abort(node: Int): Unit                               = ring.abort(node)
     def runUs(us: Int): Unit = for (_ <- 0 until us by stepUs) {
       while (onTime.headOption.exists(start + _._1 <= now)) onTime.remove(0)._2()
       ring.runUs(stepUs)
@@ -265,7 +267,7 @@ class RingPicturesSpec extends AnyFlatSpec {
       isActive = true
       while (now < start + us) {
         val begin           = now
-        val (arrived, over) = hosts.single(from, to, length)
+        val (arrived, over) = hosts.single(from, to, length)()
         messages += ((begin, begin + arrived, begin + over))
       }
     }
@@ -425,9 +427,9 @@ class RingPicturesSpec extends AnyFlatSpec {
   // ---- section 14 ----
 
   private val figuresOf = Paths.get("docs", "ring-figures.csv")
-  private val Promised = Seq( // idle, urgent at full load, the same broken, frames a second, the same broken
-    (25, "2 Mbit/s", 0.9, 4.0, 7.8, LinkTiming.FullLoad),
-    (125, "400 kbit/s", 4.4, 20.0, 39.0, LinkTiming.FullLoad / 5)
+  private val Promised = Seq( // idle, urgent at full load, the same broken, message, frames a second
+    (25, "2 Mbit/s", 0.9, 4.0, 7.8, 33.0, LinkTiming.FullLoad),
+    (125, "400 kbit/s", 4.4, 20.0, 39.0, 163.0, LinkTiming.FullLoad / 5)
   )
 
   private def idle(linkBit: Int, rate: String, limit: Double) = RingFigure(
@@ -448,6 +450,19 @@ class RingPicturesSpec extends AnyFlatSpec {
     )
   }
 
+  private def message(linkBit: Int, rate: String, limit: Double): RingFigure = {
+    val kbps      = 50000 / linkBit
+    val ring      = new RelayModeRing(RingLoad.setting(seed = 4, linkBit = linkBit), 20000000 / kbps)
+    val (came, _) = new Messages(ring, 4, _ => false, kbps, pollUs = 50).single(0, 25, 2048)()
+    RingFigure(
+      s"Relay mode, $rate, idle ring: message of 2 KiB",
+      "ms",
+      came / 1e3,
+      Some(limit),
+      isLeast = false
+    )
+  }
+
   private def bridge: Seq[RingFigure] = {
     val (average, longest, withBreaks) = BridgeOnEngineSpec.delays(seed = 1, frames = 2000)
     Seq(
@@ -459,18 +474,49 @@ class RingPicturesSpec extends AnyFlatSpec {
     }
   }
 
+  /** How fast rings are simulated. */
+  private def speeds: Seq[RingFigure] = {
+    val folder = Directory.lasting("ring")
+    val server = ujson.Obj("preset" -> "ring-server")
+    val network = ujson.Obj(
+      "mode"  -> "relay",
+      "up_ms" -> 1,
+      "nodes" -> (server +: Seq.fill(50)(ujson.Obj())),
+      "each"  -> ujson.Obj("fibre_km" -> 10.0 / 51)
+    )
+    val file  = Files.writeString(folder.resolve("ring.json"), ujson.write(network))
+    val files = Seq("--network", s"$file", "--state", s"${folder.resolve("state")}")
+    val text  = RingProcess.outputOf(files ++ Seq("--end-ms", "5", "--processors", "2"): _*)._1
+    val rtl   = "([0-9.]+) ms/s".r.findFirstMatchIn(text).get.group(1).toDouble
+    val model = new RelayFigures(25, seed = 1)
+    // The first times it is being compiled meanwhile.
+    val engine = (1 to 5).map { _ =>
+      val start     = System.nanoTime
+      val (_, _, l) = model.full(2, isBroken = false)
+      l.ring.now / 1e9 / ((System.nanoTime - start) / 1e9)
+    }.max
+    Seq(
+      ("50 nodes and a server in RTL, on two processors", rtl, 0.3),
+      ("51 models at full load", engine, 20.0)
+    )
+      .map { case (what, perSecond, limit) =>
+        RingFigure(s"Simulation of $what", "ms/s", perSecond, Some(limit), isLeast = true)
+      }
+  }
+
   "Figures of docs/ring-report.md" should "be those of the ring at work" in {
     if (writes) {
-      val rows = Promised.flatMap { case (bit, rate, still, urgent, late, frames) =>
-        idle(bit, rate, still) +: (full(bit, rate, isBroken = false, urgent, frames) ++
-          full(bit, rate, isBroken = true, late, frames))
-      } ++ bridge
+      val rows = Promised.flatMap { case (bit, rate, still, urgent, late, long, frames) =>
+        Seq(idle(bit, rate, still), message(bit, rate, long)) ++
+          full(bit, rate, isBroken = false, urgent, frames) ++
+          full(bit, rate, isBroken = true, late, frames)
+      } ++ bridge ++ speeds
       Files.write(figuresOf, (RingFigure.Head +: rows.map(_.row)).asJava)
     }
     val rows = RingFigure.read(Paths.get("docs"))
-    assert(rows.size == 5 * Promised.size + 3 && rows.flatMap(_.goal).forall(_.reached))
+    assert(rows.size == 6 * Promised.size + 5 && rows.flatMap(_.goal).forall(_.reached))
     // One of them again.
-    val (bit, rate, still, _, _, _) = Promised.head
+    val (bit, rate, still, _, _, _, _) = Promised.head
     assert(rows.map(_.row).contains(idle(bit, rate, still).row))
   }
 
@@ -498,7 +544,7 @@ class RingPicturesSpec extends AnyFlatSpec {
   "Picture docs/ring-reach.svg" should "show how far bus mode reaches, by rule and by measurement" in {
     if (writes) {
       val rows = for {
-        (nodes, least) <- Seq(2 -> 50, 5 -> 50, 10 -> 100)
+        (nodes, least) <- Seq(2 -> 50, 5 -> 50, 10 -> 100, 20 -> 50, 50 -> 20)
         kbps           <- Reach.Rates if kbps >= least && Reach.metres(kbps, nodes) > 0
       } yield measure(kbps, nodes)
       Files.write(table, ("kbps,nodes,metres" +: rows.map(r => s"${r.kbps},${r.nodes},${r.metres}")).asJava)

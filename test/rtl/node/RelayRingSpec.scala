@@ -19,8 +19,8 @@ class RelayRingSpec extends AnyFlatSpec {
   private def little(map: Int) = Seq(map & 0xff, map >> 8)
 
   /** The nodes are up and have told their lives. */
-  private class Ring(dut: RingUnderTest) {
-    val rtl              = new RtlRing(dut, Seq.fill(Nodes)(300L), p.coreClockMhz)
+  private class Ring(dut: RingUnderTest, delayNs: Long) {
+    val rtl              = new RtlRing(dut, Seq.fill(Nodes)(delayNs), p.coreClockMhz)
     private val free     = Array.fill(Nodes)(0)
     def us(n: Int): Unit = rtl.pass(n * p.coreClockMhz)
 
@@ -58,9 +58,10 @@ class RelayRingSpec extends AnyFlatSpec {
       rtl.read(n, RingRegisters.relay.find(_.name == name).get.address, 1).head
   }
 
-  private def onRing(body: Ring => Unit): Unit =
+  private def onRing(body: Ring => Unit): Unit = onFibres(300)(body)
+  private def onFibres(delayNs: Long)(body: Ring => Unit): Unit =
     RawTester.test(new RingUnderTest(p, Nodes), Simulation.annotations(this, "relay ring"))(dut =>
-      body(new Ring(dut))
+      body(new Ring(dut, delayNs))
     )
 
   private def frame(n: Int, number: Int) =
@@ -83,6 +84,32 @@ class RelayRingSpec extends AnyFlatSpec {
           Seq((n - from + Nodes) % Nodes, (from - n + Nodes) % Nodes)
       )
   }
+
+  "FR-12, FR-63: within 20 us and 5 us for each km both ends of a break" should
+    "be in the modes in which they stay" in {
+      val km = 4
+      onFibres(km * 5000L) { r =>
+        def mode(n: Int) = r.rtl.read(n, RingRegisters.State, 1).head & 3
+        // Both fibres, or one: its other end is told by search, the way back.
+        for (fibres <- Seq(Seq(0, 1), Seq(0), Seq(1)); link <- 0 until Nodes; phase <- Seq(0, 7)) {
+          val next = (link + 1) % Nodes
+          r.rtl.pass(phase)
+          r.rtl.cut(link, isCut = true, fibres)
+          val cutAt = r.rtl.now
+          r.us(20 + 5 * km - 1)
+          for (look <- 1 to 10) {
+            val modes = (0 until Nodes).map(mode)
+            assert(look > 1 || r.rtl.now - cutAt <= (20 + 5 * km) * p.coreClockMhz)
+            val expected = (0 until Nodes).map(n => if (n == link) 2 else if (n == next) 3 else 1)
+            assert(modes == expected, s"fibres ${fibres.mkString(" and ")} of link $link, look $look")
+            r.us(100)
+          }
+          r.rtl.cut(link, isCut = false)
+          r.us(2000)
+          assert((0 until Nodes).forall(mode(_) == 1), s"link $link is mended")
+        }
+      }
+    }
 
   "FR-63: breaks of a ring of RTL nodes, and their mends" should "lose and double nothing" in
     tier.run(s"$Nodes nodes", tier.size, Some(Seed))(onRing { r =>

@@ -21,9 +21,11 @@ class RingUnderTest(p: EscParams, most: Int) extends Module {
   /** How many are in the ring. */
   val count = IO(Input(UInt(log2Ceil(most + 1).W)))
 
-  /** Of the fibres behind each node: core cycles from pin to pin, 1 or more, and whether they are cut. */
+  /** Of the fibres behind each node: core cycles from pin to pin, 1 or more, and whether they are cut, the
+    * one that leads there and the one back.
+    */
   val delay = IO(Input(Vec(most, UInt(log2Ceil(Longest).W))))
-  val isCut = IO(Input(Vec(most, Bool())))
+  val isCut = IO(Input(Vec(most, Vec(2, Bool()))))
 
   /** An access to the node that is chosen. */
   val host = IO(new HostPort(4))
@@ -37,16 +39,16 @@ class RingUnderTest(p: EscParams, most: Int) extends Module {
   next := next + 1.U
 
   /** The light that leaves a fibre into which this light goes. */
-  private def through(link: Int, light: Bool): Bool = {
+  private def through(link: Int, way: Int, light: Bool): Bool = {
     val cells = Mem(Longest, Bool())
     cells.write(next, light)
-    cells.read(next - delay(link)) && !isCut(link)
+    cells.read(next - delay(link)) && !isCut(link)(way)
   }
   private val isLast = nodes.indices.map(n => count === (n + 1).U)
-  private val there  = for ((n, i) <- nodes.zipWithIndex) yield through(i, n.optical_2.tx)
+  private val there  = for ((n, i) <- nodes.zipWithIndex) yield through(i, 0, n.optical_2.tx)
   private val back =
     for (i <- nodes.indices)
-      yield through(i, Mux(isLast(i), nodes.head.optical_1.tx, nodes((i + 1) % most).optical_1.tx))
+      yield through(i, 1, Mux(isLast(i), nodes.head.optical_1.tx, nodes((i + 1) % most).optical_1.tx))
   for ((n, i) <- nodes.zipWithIndex) {
     n.optical_1.signal := true.B
     n.optical_2.signal := true.B
@@ -83,14 +85,16 @@ class RtlRing(dut: RingUnderTest, delays: Seq[Long], mhz: Int) {
   dut.clock.setTimeout(0)
   dut.count.poke(delays.size)
   for ((input, n) <- dut.delay.zipWithIndex) input.poke(delays.lift(n).getOrElse(10L) * mhz / 1000)
-  for (input      <- dut.isCut) input.poke(false)
+  for (link       <- dut.isCut; fibre <- link) fibre.poke(false)
   dut.host.req.poke(false)
   dut.reset.poke(true.B)
   pass(4)
   dut.reset.poke(false.B)
   pass(PortMemory.Words + 4) // it is cleared
 
-  def cut(link: Int, isCut: Boolean): Unit = dut.isCut(link).poke(isCut)
+  /** Both fibres of a link, or one: 0 leads to the next node, 1 back. */
+  def cut(link: Int, isCut: Boolean, fibres: Seq[Int] = Seq(0, 1)): Unit =
+    for (f <- fibres) dut.isCut(link)(f).poke(isCut)
 
   /** Accesses pass a few core cycles. */
   private def access(n: Int, address: Int, be: Int, write: Option[Long]): Long = {

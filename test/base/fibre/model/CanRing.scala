@@ -66,6 +66,14 @@ object CanRing {
   /** Two optical modules, in ns. */
   val Modules = 40L
 
+  /** How many metres are too many: with the nodes the way is 1.5 times as long as at `metres`. Where they
+    * take most of it twice, as nodes are faster than what FR-38 takes them for.
+    */
+  def tooLong(metres: Double, count: Int): Double = {
+    val ofNodes = Reach.nodeNs(100).toDouble * (count - 1) / Reach.NsPerMetre
+    metres + (metres + ofNodes) * (if (metres > ofNodes / 5) 0.5 else 1)
+  }
+
   /** Fibres of a ring of `metres` of which the guard's gap, behind the last node, has none. */
   def spread(count: Int, metres: Double): Seq[Long] =
     Seq.fill(count - 1)((metres * Reach.NsPerMetre / (count - 1)).toLong + Modules) :+ Modules

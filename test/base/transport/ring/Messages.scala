@@ -19,22 +19,43 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
   private var tags    = 0
 
   private class Node(index: Int) {
-    private val address = index + 1
-    private val life    = random.nextInt(128)
-    private val params  = TransportParams(address, life, kbps, slots = RingPort.Slots)
-    private val t = if (inC(index)) new NodeInC(params, ring.now) else new TransportModel(params, ring.now)
-    private val slots  = Array.fill(RingPort.Slots)(Option.empty[BusFrame])
-    private var takeAt = Option.empty[Long]
-    private var due    = 0L
-    var arrivedAt      = 0L // when a message has come last
-    val underWay       = mutable.Map.empty[Int, Network.Sent]
+    private val address   = index + 1
+    private var life      = random.nextInt(128)
+    private var t         = make()
+    private var downUntil = 0L
+    private val slots     = Array.fill(RingPort.Slots)(Option.empty[BusFrame])
+    private var takeAt    = Option.empty[Long]
+    private var due       = 0L
+    var arrivedAt         = 0L // when a message has come last
+    val underWay          = mutable.Map.empty[Int, Network.Sent]
 
     def close(): Unit = t match {
       case c: NodeInC => c.release()
       case _          =>
     }
 
-    def poll(): Unit = {
+    private def make() = {
+      val params = TransportParams(address, life, kbps, slots = RingPort.Slots)
+      if (inC(index)) new NodeInC(params, ring.now) else new TransportModel(params, ring.now)
+    }
+    def isDown: Boolean = ring.now < downUntil
+
+    /** The host starts anew: it has forgotten all, and its port is empty. */
+    def restart(): Unit = {
+      close()
+      underWay.values.foreach(tracker.abandoned)
+      underWay.clear()
+      ring.clear(index)
+      for (i <- slots.indices) slots(i) = None
+      takeAt = None
+      life = life + 1 & 0x7f
+      downUntil = ring.now + random.between(5000, 50000)
+      tracker.restarted(address)
+      t = make()
+    }
+
+    def poll(): Unit = if (isDown) ring.clear(index)
+    else {
       val frames = ring.received(index)
       frames.foreach(t.receive(_, ring.now))
       val waits = if (slots.exists(_.nonEmpty)) ring.pending(index) else 0
@@ -86,13 +107,15 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
 
   /** Sends a message of so many bytes from node to node.
     *
+    * @param meanwhile
+    *   is called again and again until then, with the us that have passed
     * @return
     *   us until its receiver's host finds it, and until its sender knows that
     */
-  def single(from: Int, to: Int, length: Int): (Long, Long) = {
+  def single(from: Int, to: Int, length: Int)(meanwhile: Long => Unit = _ => ()): (Long, Long) = {
     val start = ring.now
     nodes(from).send(to + 1, length)
-    finish()
+    finish(() => meanwhile(ring.now - start))
     (nodes(to).arrivedAt - start, ring.now - start)
   }
 
@@ -103,20 +126,25 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
     *   bytes
     * @param pause
     *   the longest time between two, as so many looks of a host
+    * @param restarts
+    *   with this chance behind each message a host starts anew
     * @param behind
     *   is called with the number of each message that has been sent
     * @return
     *   in words, what has happened
     */
-  def run(messages: Int, longest: Int, pause: Int = 10)(behind: Int => Unit = _ => ()): String = {
+  def run(messages: Int, longest: Int, pause: Int = 10, restarts: Double = 0)(
+      behind: Int => Unit = _ => ()
+  ): String = {
     var sent = 0
     while (sent < messages) {
       val from = random.nextInt(ring.count)
-      if (nodes(from).underWay.size < 3) {
+      if (!nodes(from).isDown && nodes(from).underWay.size < 3) {
         val other = (from + 1 + random.nextInt(ring.count - 1)) % ring.count + 1
         nodes(from).send(if (random.nextInt(20) == 0) 0 else other, 1 + random.nextInt(longest))
         sent += 1
         behind(sent)
+        if (restarts > 0 && random.nextDouble() < restarts) nodes(random.nextInt(ring.count)).restart()
       }
       for (_ <- 0 to random.nextInt(pause)) step()
     }
@@ -125,10 +153,11 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
     tracker.summary
   }
 
-  private def finish(): Unit = {
+  private def finish(meanwhile: () => Unit = () => ()): Unit = {
     val end = ring.now + 60000000L
     while (nodes.exists(_.underWay.nonEmpty)) {
       assert(ring.now < end, s"seed $seed: messages are under way after a minute")
+      meanwhile()
       step()
     }
   }

@@ -21,6 +21,16 @@ trait RingPort {
 
   /** All frames of the FIFO, which is empty then. */
   def received(node: Int): Seq[BusFrame]
+
+  /** All slots are to be given up. */
+  def abort(node: Int): Unit
+
+  /** As a host leaves its port that starts. */
+  def clear(node: Int): Unit = {
+    abort(node)
+    received(node)
+    ()
+  }
 }
 
 object RingPort {

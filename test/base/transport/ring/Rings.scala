@@ -20,6 +20,7 @@ class BusModeRing(val count: Int) extends RingPort {
     ring.hosts(node).requestAt(slot -> RingPort.toCan(frame))
   def pending(node: Int): Int            = ring.hosts(node).pending
   def received(node: Int): Seq[BusFrame] = ring.hosts(node).received().map(RingPort.toBus)
+  def abort(node: Int): Unit             = ring.hosts(node).abort(0xffff)
 
   /** On each fibre one bit in so many arrives as the other level, from now on. */
   def disturb(oneIn: Int, random: Random): Unit =
@@ -85,6 +86,8 @@ class RelayModeRing(setting: RelayRingSetting, confirmUs: Int = 10000) extends R
     ring.access(node)(h => map = RingHost.map(h, CanRegisters.Requests))
     map
   }
+  def abort(node: Int): Unit =
+    ring.access(node)(_.write(CanRegisters.PortStarts(0) + CanRegisters.Aborts, Seq(0xff, 0xff)))
   def received(node: Int): Seq[BusFrame] = {
     var frames = Seq.empty[BusFrame]
     ring.access(node) { h =>
