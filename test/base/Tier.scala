@@ -30,8 +30,7 @@ final case class Tier(check: String, unit: String, test: Long, soak: Long) {
     */
   def share(weight: Long, all: Long): Long = (size * weight + all - 1) / all
 
-  /** Runs a part of the check. In the long runs it prints how it went; `make soak` keeps that too, as a JSON
-    * object a line.
+  /** Runs a part of the check, and prints how it went; `make soak` keeps that too, as a JSON object a line.
     *
     * @param part
     *   its name among those of the check
@@ -43,8 +42,9 @@ final case class Tier(check: String, unit: String, test: Long, soak: Long) {
   def run[A](part: String, size: Long, seed: Option[Long] = None)(body: => A): A = {
     val start   = System.nanoTime
     val outcome = Try(body)
+    val seconds = math.round((System.nanoTime - start) / 1e8) / 10.0
+    println(s"$check, $part: $size $unit${seed.fold("")(s => s", seed $s")}, $seconds s")
     if (Tier.isSoak) {
-      val seconds = math.round((System.nanoTime - start) / 1e8) / 10.0
       val line = ujson.Obj(
         "check"   -> check,
         "unit"    -> unit,
@@ -55,7 +55,6 @@ final case class Tier(check: String, unit: String, test: Long, soak: Long) {
         "seconds" -> seconds,
         "passed"  -> outcome.isSuccess
       )
-      println(s"$check, $part: $size $unit${seed.fold("")(s => s", seed $s")}, $seconds s")
       Tier.keep(ujson.write(line))
     }
     outcome.get

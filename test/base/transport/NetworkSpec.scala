@@ -1,6 +1,6 @@
 package flyframe.transport
 
-import flyframe.Tier
+import flyframe.{Numbers, Tier}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.concurrent.duration.Duration
 import scala.concurrent.ExecutionContext.Implicits.global
@@ -23,7 +23,9 @@ class NetworkSpec extends AnyFlatSpec {
   for (((name, inC), seed) <- mixes.zip(1L to 3L))
     s"TP-30, TP-13: $name" should "deliver each message exactly once, or say that it is not confirmed" in
       info(tier.run(name, part, Some(seed)) {
-        new Network(16, seed, all, inC).run(part.toInt)
+        val text = new Network(16, seed, all, inC).run(part.toInt)
+        if (Tier.isSoak) assert(text.contains(s"; ${Sizes.ProcessData} pipes in use"), text)
+        text
       })
 
   "TP-30, TB-28 to TB-30: on a slow ring each message" should "be delivered once, or be not confirmed" in
@@ -45,9 +47,9 @@ object TransportCampaign {
   private val Part = 2500L
 
   def main(args: Array[String]): Unit = {
-    val Array(messages, seed) = args.map(_.toLong)
-    val random                = new Random(seed)
-    val start                 = System.nanoTime
+    val Seq(messages, seed) = Numbers.of(args.toSeq, "MESSAGES", "SEED")
+    val random              = new Random(seed)
+    val start               = System.nanoTime
     // In parts, so that a fault is found again quickly by the seed of its part.
     val parts = for (from <- 0L until messages by Part) yield {
       def chance(most: Double) = random.nextDouble() * most
@@ -59,7 +61,7 @@ object TransportCampaign {
       }
     }
     Await.result(Future.sequence(parts), Duration.Inf)
-    println(s"$messages messages in ${(System.nanoTime - start) / 1000000000} s")
+    println(s"$messages messages, seeds from $seed, in ${(System.nanoTime - start) / 1000000000} s")
     sys.exit()
   }
 }

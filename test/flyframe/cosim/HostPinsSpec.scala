@@ -1,7 +1,7 @@
 package flyframe.cosim
 
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{HostPinSets, Tier}
+import flyframe.{HostPinSets, Numbers, Tier}
 import flyframe.params.EscParams
 
 /** Hosts at the pins of every interface, as their buses have them, beside a master's frames: what the driver
@@ -25,8 +25,8 @@ class HostPinsSpec extends AnyFlatSpec {
 /** `make hosts`: arguments are the number of accesses, the seed, and the sets, without which all are run. */
 object HostPins {
   def main(arguments: Array[String]): Unit = {
-    val Array(accesses, seed) = arguments.take(2).map(_.toLong)
-    val named                 = arguments.drop(2).toSeq
+    val Seq(accesses, seed) = Numbers.of(arguments.toSeq.take(2), "ACCESSES", "SEED")
+    val named               = arguments.drop(2).toSeq
     val sets: Seq[EscParams] =
       if (named.isEmpty) HostPinSets.all else HostPinSets.all.filter(p => named.contains(p.preset))
     if (sets.isEmpty) {

@@ -9,10 +9,15 @@ import flyframe.{Directory, Tier}
   * host program in C on a ring in RTL.
   */
 class PeerSpec extends AnyFlatSpec {
-  private val Messages = if (Tier.isSoak) 60 else 5
+  private val tier     = Tier("A node in Python on a ring in RTL", "messages each way", test = 5, soak = 60)
+  private val Messages = tier.size.toInt
   private val Longest  = if (Tier.isSoak) 2048 else 150
+  private val Seed     = 1L
 
-  "TP-30: a peer in Python" should "exchange messages with nodes in C through errors and a break" in {
+  "TP-30: a peer in Python" should "exchange messages with nodes in C through errors and a break" in
+    tier.run("errors and a break", tier.size, Some(Seed))(exchange())
+
+  private def exchange(): Unit = {
     val tty = Directory.lasting("peer").resolve("tty")
     val network = ujson.Obj(
       "mode"       -> "relay",
@@ -32,7 +37,7 @@ class PeerSpec extends AnyFlatSpec {
       val peer =
         Process(command).run(ProcessLogger(l => out.append(l).append('\n'), l => err.append(l).append('\n')))
       // Both nodes send to it, one of them also what goes as SHORT.
-      val random = new Random(1)
+      val random = new Random(Seed)
       val sent =
         for (
           n <- Seq(1, 3); size <- Seq(1, 6, 7, Longest) ++ Seq.fill(Messages - 4)(1 + random.nextInt(Longest))

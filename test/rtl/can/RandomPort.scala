@@ -99,7 +99,8 @@ object RandomPort {
 
   /** Any possible bit timing; few cycles in most bits, as they take time. */
   private def setting(random: Random): (Int, BitSetting) = {
-    val prescaler = Seq(1, 1, 1, 1, 1, 1, 2, 2, 3, 5)(random.nextInt(10))
+    val few       = Seq(1, 1, 1, 1, 1, 1, 2, 2, 3, 5)(random.nextInt(10))
+    val prescaler = if (random.nextInt(200) == 0) random.between(6, 65) else few
     val length    = if (random.nextInt(6) > 0) random.between(8, 13) else random.between(13, 26)
     val least     = (3 + prescaler - 1) / prescaler // CB-15
     val tseg2     = random.between(1, (length - 1 - least min 16) + 1)
@@ -126,7 +127,7 @@ object RandomPort {
   final class Bus(rtl: RtlPort, seed: Long) {
     private val random         = new Random(seed * 0x9e3779b97f4a7c15L)
     private val (prescaler, s) = setting(random)
-    private val count          = 2 + random.nextInt(2)
+    private val count          = 2 + random.nextInt(3)
     private val periods        = Seq.fill(count)(10000 + random.between(-40, 41))
     private val noise          = Seq(0, 0, 3000, 300)(random.nextInt(4)) // bits between disturbances
     val what                   = s"seed $seed, prescaler $prescaler, $s, clocks $periods, noise $noise"

@@ -1,6 +1,6 @@
 package flyframe.can
 
-import flyframe.Tier
+import flyframe.{Numbers, Tier}
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** A port in RTL against the golden model on random buses. */
@@ -18,7 +18,7 @@ class RtlAgainstModelSpec extends AnyFlatSpec {
 /** `make can-fuzz`: how many frames, and the seed of the first bus. */
 object CanFuzz {
   def main(arguments: Array[String]): Unit = {
-    val Array(wanted, first)   = arguments.map(_.toLong)
+    val Seq(wanted, first)     = Numbers.of(arguments.toSeq, "FRAMES", "SEED")
     val (frames, buses, wrong) = RandomPort.run(wanted, first)
     println(s"$frames frames on $buses buses, seeds from $first; ${wrong.size} buses wrong")
     wrong.foreach(println(_))

@@ -1,43 +1,59 @@
 package flyframe.node
 
 import chiseltest._
-import flyframe.{RingNode, Simulation}
+import flyframe.{RingNode, Simulation, TestSets, Tier}
 import flyframe.can._
 import flyframe.fibre._
-import flyframe.params.Presets
+import flyframe.params.{EscParams, Presets}
 import flyframe.registers.{CanRegisters, NodeRegisters, RingRegisters}
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** A whole node in RTL on a ring with models of two others, at 500 kbit/s. */
 class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val preset = Presets.ring
-  private val rate   = Rate("500 kbit/s", 8, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3)) // as FR-38 has it
   private val f      = CanRegisters.PortStarts.head
   private val Slot   = CanRegisters.SlotStarts.head
   private val Frame  = CanRegisters.FrameBytes
 
-  private class Ring(dut: RingNode, lanes: Int) {
-    val rtl            = new RtlRingNode(dut, lanes)
-    private val models = Seq.fill(2)(new RingPortsModel(preset.fibre))
-    private val cans   = Seq.fill(2)(new CanPortModel(preset.can, isTolerant = false))
+  /** The node and two models. It takes all frames, by its last filter. */
+  private class Ring(dut: RingNode, p: EscParams) {
+
+    /** In kbit/s: that of light that is decided each 2 us is slow (FR-04). */
+    val rate = if (p.demodulator == 0) 500 else 100
+
+    // As FR-38 has it.
+    private val timed =
+      Rate(s"$rate kbit/s", p.coreClockMhz * 40 / rate, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
+    val rtl            = new RtlRingNode(dut, p.dataBusWidth / 8)
+    private val models = Seq.fill(2)(new RingPortsModel(p.fibre))
+    private val cans   = Seq.fill(2)(new CanPortModel(p.can, isTolerant = false))
+    private val period = 1000000L / p.coreClockMhz
     val bench =
-      new RingBench(preset.fibre, (rtl +: models).toIndexedSeq, Seq.fill(3)(40000L), Seq.fill(3)(10000L))
-    val hosts = cans.map(new LowerTester(_, rate))
+      new RingBench(p.fibre, (rtl +: models).toIndexedSeq, Seq.fill(3)(40000L), Seq.fill(3)(period))
+    val hosts = cans.map(new LowerTester(_, timed))
     rtl.bench = bench
     for ((can, n) <- cans.zipWithIndex) {
       bench.drives(n + 1) = () => can.driven
       bench.hears(n + 1) = level => can.step(level)
       models(n).write(RingRegisters.Address, n + 3)
       models(n).write(RingRegisters.UpMs, 0)
-      models(n).setBit(rate.setting.length, rate.prescaler)
+      models(n).setBit(timed.setting.length, timed.prescaler)
     }
     val timing =
-      Seq(rate.prescaler - 1, 0, rate.setting.tseg1 - 1, rate.setting.tseg2 - 1 | rate.setting.sjw - 1 << 4)
+      Seq(
+        timed.prescaler - 1,
+        0,
+        timed.setting.tseg1 - 1,
+        timed.setting.tseg2 - 1 | timed.setting.sjw - 1 << 4
+      )
     rtl.write(RingRegisters.Address, 2)
     rtl.write(RingRegisters.UpMs, 0)
     rtl.write(RingRegisters.Control, 1 << RingRegisters.Home)
     rtl.write(f + CanRegisters.Timing, timing)
-    rtl.write(CanRegisters.FilterStarts.head, Seq(0, 0, 0, 0x20, 0, 0, 0, 0))
+    rtl.write(
+      CanRegisters.FilterStarts.head + (p.filters - 1) * CanRegisters.FilterBytes,
+      Seq(0, 0, 0, 0x20, 0, 0, 0, 0)
+    )
     rtl.write(f + CanRegisters.Control, 1)
     hosts.foreach(_.start())
 
@@ -58,21 +74,50 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
       rtl.write(f + CanRegisters.RxRelease, 1)
       CanFrame.of(bytes)
     }
-    def settle(us: Int = 700): Unit = bench.runUs(us)
+    def settle(us: Int = 700): Unit = bench.runUs(us * 500.0 / rate)
   }
 
   /** @param width
     *   bits of the host's words
     */
   private def onRing(width: Int, canPorts: Int = 1)(body: Ring => Unit): Unit =
-    test(new RingNode(preset.copy(dataBusWidth = width, canPorts = canPorts)))
-      .withAnnotations(Simulation.annotations(this, s"node of $width bits"))(dut =>
-        body(new Ring(dut, width / 8))
-      )
+    onRing(preset.copy(preset = s"node of $width bits", dataBusWidth = width, canPorts = canPorts))(body)
+
+  private def onRing(p: EscParams)(body: Ring => Unit): Unit =
+    test(new RingNode(p)).withAnnotations(Simulation.annotations(this, p.preset))(dut =>
+      body(new Ring(dut, p))
+    )
 
   private val ours = CanFrame(0x123, extended = false, remote = false, 2, Seq(0xde, 0xad))
   private val theirs =
     Seq(0x10503fe7, 0x00000040).map(CanFrame(_, extended = true, remote = false, 3, Seq(1, 2, 3)))
+
+  /** All three send at once. */
+  private def exchange(r: Ring, us: Int): Unit = {
+    r.send(3, ours)
+    for ((host, frame) <- r.hosts.zip(theirs)) host.request(frame)
+    r.settle(us)
+    assert(r.rtl.word(f + CanRegisters.Sent) == 8)
+    r.rtl.write(f + CanRegisters.Sent, Seq(0xff, 0xff))
+    assert(r.hosts.map(_.sent) == Seq(1, 1))
+    assert(r.received().toSet == theirs.toSet)
+    for ((host, other) <- r.hosts.zip(theirs.reverse)) {
+      assert(host.received().toSet == Set(ours, other))
+      host.clearSent(1)
+    }
+  }
+
+  /** The second port hears itself only. */
+  private def loopBack(r: Ring): Unit = {
+    val t = CanRegisters.PortStarts(1)
+    r.rtl.write(t + CanRegisters.Timing, r.timing)
+    r.rtl.write(CanRegisters.FilterStarts(1), Seq(0, 0, 0, 0x20, 0, 0, 0, 0))
+    r.rtl.write(t + CanRegisters.Control, 1 | CanCases.LoopBack)
+    r.rtl.write(CanRegisters.SlotStarts(1), ours.bytes())
+    r.rtl.write(t + CanRegisters.Requests, 1)
+    r.settle(250)
+    assert(r.rtl.word(t + CanRegisters.Sent) == 1 && r.rtl.read(t + CanRegisters.RxLevel) == 1)
+  }
 
   "NODE-01, NODE-04, FR-31: a node" should "send and receive on a ring, whole and broken beside it" in
     onRing(width = 8) { r =>
@@ -86,19 +131,8 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
       r.rtl.write(NodeRegisters.Mask, Seq(0x23, 0))
       assert(r.rtl.word(NodeRegisters.Events) == 0x230000L)
 
-      // All three at once.
       def round(us: Int = 700): Unit = {
-        r.send(3, ours)
-        for ((host, frame) <- r.hosts.zip(theirs)) host.request(frame)
-        r.settle(us)
-        assert(r.rtl.word(f + CanRegisters.Sent) == 8)
-        r.rtl.write(f + CanRegisters.Sent, Seq(0xff, 0xff))
-        assert(r.hosts.map(_.sent) == Seq(1, 1))
-        assert(r.received().toSet == theirs.toSet)
-        for ((host, other) <- r.hosts.zip(theirs.reverse)) {
-          assert(host.received().toSet == Set(ours, other))
-          host.clearSent(1)
-        }
+        exchange(r, us)
         assert((r.events & 3) == 3 && r.rtl.interrupt, "received, and slot done")
         r.clearEvents()
         assert(!r.rtl.interrupt)
@@ -135,17 +169,27 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
     assert(math.abs(now - r.bench.now / 1000000) <= 1)
     assert(now - stamp > 250 && now - stamp <= 400)
 
-    // The other port hears itself only; what it does is told apart from the first one's.
-    val t = CanRegisters.PortStarts(1)
+    // What the other port does is told apart from the first one's.
     r.clearEvents()
-    r.rtl.write(t + CanRegisters.Timing, r.timing)
-    r.rtl.write(CanRegisters.FilterStarts(1), Seq(0, 0, 0, 0x20, 0, 0, 0, 0))
-    r.rtl.write(t + CanRegisters.Control, 1 | CanCases.LoopBack)
-    r.rtl.write(CanRegisters.SlotStarts(1), ours.bytes())
-    r.rtl.write(t + CanRegisters.Requests, 1)
-    r.settle(250)
-    assert(r.rtl.word(t + CanRegisters.Sent) == 1 && r.rtl.read(t + CanRegisters.RxLevel) == 1)
+    loopBack(r)
     assert(r.rtl.word(f + CanRegisters.Sent) == 0 && r.rtl.read(f + CanRegisters.RxLevel) == 1)
     assert(r.events == 0x700, "state, received and slot done, of the second port")
   }
+
+  private val tier =
+    Tier("Nodes of a fibre ring in all parameter sets", "sets", test = 1, soak = TestSets.rings.size.toLong)
+
+  "FR-31, CAN-40, CAN-44: a node of each parameter set" should "send and receive on a ring" in
+    tier.run("bus mode", tier.size) {
+      // The hosts' interfaces and the plant's network have suites of their own.
+      for (p <- TestSets.rings.take(tier.size.toInt))
+        onRing(p.copy(hostInterface = 0, plant = 0, rmiiPorts = 0)) { r =>
+          withClue(s"${p.preset}: ") {
+            r.bench.runUs(2200)
+            assert(r.rtl.read(RingRegisters.Ports) == 0x55, "both ports up")
+            for (_ <- 1 to 3) exchange(r, us = 700)
+            if (p.canPorts == 2) loopBack(r)
+          }
+        }
+    }
 }

@@ -56,7 +56,8 @@ class RtlRingNode(dut: RingNode, lanes: Int) extends FibreUnderTest {
     host.wdata.poke(write.getOrElse(0L))
     host.req.poke(true)
     asks = true
-    bench.await(4, f"access to 0x$address%04x")(!asks)
+    // Behind a reset it waits until the memories are clear.
+    bench.await(40, f"access to 0x$address%04x")(!asks)
     bench.run(20000)
   }
 

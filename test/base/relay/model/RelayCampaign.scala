@@ -1,5 +1,6 @@
 package flyframe.relay.model
 
+import flyframe.Numbers
 import flyframe.relay._
 
 /** Breaks and mends of a ring of 51 nodes at half load, at random bit positions (FR-63). */
@@ -67,9 +68,9 @@ class RelayBreaks(seed: Long, confirmUs: Int = 10000) {
 /** `make relay-campaign`: how many breaks, and the seed. */
 object RelayCampaign {
   def main(arguments: Array[String]): Unit = {
-    val Array(breaks, seed) = arguments.map(_.toLong)
-    val start               = System.nanoTime
-    val b                   = new RelayBreaks(seed)
+    val Seq(breaks, seed) = Numbers.of(arguments.toSeq, "BREAKS", "SEED")
+    val start             = System.nanoTime
+    val b                 = new RelayBreaks(seed)
     b.run(breaks.toInt)
     val seconds = (System.nanoTime - start) / 1e9
     val load    = b.load

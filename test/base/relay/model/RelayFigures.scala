@@ -1,5 +1,6 @@
 package flyframe.relay.model
 
+import flyframe.Numbers
 import flyframe.relay._
 
 /** Latency and throughput of 51 nodes on 10 km, measured in the engine; ms, and frames a second. */
@@ -67,12 +68,15 @@ class RelayFigures(linkBit: Int, seed: Long) {
 
 /** Prints them. */
 object RelayFigures {
+  private val Seed = 1L
+
   def main(arguments: Array[String]): Unit = for (bit <- Seq(25, 125)) {
-    val f = new RelayFigures(bit, 1)
-    val t = System.nanoTime
-    println(f"bit of $bit cycles: idle ${f.idle(20)}%.2f ms")
+    val Seq(frames) = Numbers.of(arguments.toSeq, "FRAMES")
+    val f           = new RelayFigures(bit, Seed)
+    val t           = System.nanoTime
+    println(f"bit of $bit cycles, seed $Seed: idle ${f.idle(20)}%.2f ms")
     for (isBroken <- Seq(false, true)) {
-      val (perSecond, urgent, l) = f.full(arguments(0).toInt, isBroken)
+      val (perSecond, urgent, l) = f.full(frames.toInt, isBroken)
       println(
         f"broken $isBroken: $perSecond%.0f frames/s, urgent $urgent%.2f ms, most ${l.most}, repeats " +
           f"${l.total(RelayCounter.Repeated)}, strays ${l.total(RelayCounter.Stray)}, " +
