@@ -73,7 +73,7 @@ def main():
     doors = [
         (f"--slcan={last}={slcan}", f"slcan on {slcan}: python-can, interface slcan"),
         (f"--socketcand={last}={socketcand}", f"socketcand on 127.0.0.1:{socketcand}, bus can0"),
-        (f"--cannelloni={last}={cannelloni}", f"cannelloni on 127.0.0.1:{cannelloni}: python-can, interface cannelloni"),
+        (f"--cannelloni={last}={cannelloni}", f"cannelloni on 127.0.0.1:{cannelloni}, TCP and UDP"),
         (f"--record={last}={pcap}", f"frames in {pcap}, for Wireshark"),
         (f"--candump={last}={log}", f"the same as a log of candump: {log}"),
         (f"--plant-pcap={plant}", f"datagrams with the server in {plant}"),

@@ -167,7 +167,8 @@ class Bridge(p: CanParams, waits: Boolean = false) extends Module {
       when(isGone) { copy(slot) }.otherwise { step := Step.evicted }
     }
     is(Step.evicted) {
-      // Else it was begun in the last cycle, or slots are held for a few cycles, at the same moment of each bit.
+      // Else it was begun in the last cycle, or slots are held for a few cycles at the same moment of each
+      // bit.
       when(isGone) {
         drops := true.B
         copy(slot)

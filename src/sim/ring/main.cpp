@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
   door("--slcan", doorOptions.slcan, "NODE=PATH: a pseudo-terminal with slcan, PATH becomes a link to it");
   door("--socketcand", doorOptions.socketcand, "NODE=PORT: socketcand on 127.0.0.1, bus can0");
   door("--cannelloni", doorOptions.cannelloni,
-       "NODE=PORT[:PEER]: cannelloni on 127.0.0.1, over TCP and 2 over UDP, to port PEER, else to who has sent "
+       "NODE=PORT[:PEER]: cannelloni on 127.0.0.1, over TCP; 2 over UDP, to port PEER, else to who has sent "
        "last");
   door("--socketcan", doorOptions.socketcan, "NODE=INTERFACE: a CAN interface of this computer");
   door("--record", doorOptions.pcap, "NODE=FILE: frames and errors as a capture (SocketCAN)");

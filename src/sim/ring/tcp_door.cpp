@@ -57,7 +57,8 @@ void TcpDoor::admit() {
     const int fd = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) return;
     if (clients_.size() >= kClients) {
-      const auto idle = std::find_if(clients_.begin(), clients_.end(), [](const Client& c) { return !c.open; });
+      const auto idle =
+          std::find_if(clients_.begin(), clients_.end(), [](const Client& c) { return !c.open; });
       close(idle == clients_.end() ? fd : idle->fd);
       ++dropped_;
       if (idle == clients_.end()) continue;

@@ -97,15 +97,16 @@ class DoorsSpec extends AnyFlatSpec {
   "TL-01: frames of cannelloni over UDP" should "pass to slcan and back, in order" in
     exchange("cannelloni over UDP and slcan, relay mode", relay(3), cannelloniUdp, slcan)
 
-  "TL-01: clients of cannelloni that are silent, leave and lie" should "take nobody's place, and lose nothing" in {
-    val (tty, tcp, other) = (link(), tcpPort(), tcpPort())
-    using(relay(2), "--cannelloni", s"1=$tcp", "--socketcand", s"1=$other", "--slcan", s"2=$tty") { ring =>
-      ring.run(StartUs)
-      python("streams", s"$tcp", s"$other", s"$tty")
-      val malformed = ring.status()("doors").arr.map(d => d("door").str -> d("malformed").num).toMap
-      assert(malformed("cannelloni tcp") == 1, malformed)
+  "TL-01: clients of cannelloni that are silent, leave and lie" should
+    "take nobody's place, and lose nothing" in {
+      val (tty, tcp, other) = (link(), tcpPort(), tcpPort())
+      using(relay(2), "--cannelloni", s"1=$tcp", "--socketcand", s"1=$other", "--slcan", s"2=$tty") { ring =>
+        ring.run(StartUs)
+        python("streams", s"$tcp", s"$other", s"$tty")
+        val malformed = ring.status()("doors").arr.map(d => d("door").str -> d("malformed").num).toMap
+        assert(malformed("cannelloni tcp") == 1, malformed)
+      }
     }
-  }
 
   "TL-01: programs that lie, flood, leave and do not read" should "be refused, and stop nobody" in {
     val (tty, tcp, udp) = (link(), tcpPort(), udpPort())
