@@ -116,6 +116,8 @@ RingNodeHost& RingBench::program(const std::string& text) {
 bool RingBench::commandOfFibre(const Words& words) {
   const std::string& verb = words[0];
   if (verb == "optics" && words.size() >= 4) return optics(words), true;
+  if (verb == "pair" && words.size() == 3 && (words[2] == "dominant" || words[2] == "free"))
+    return ring_.holdPair(words[1], words[2] == "dominant"), true;
   const bool isCut = verb == "cut" || verb == "mend", isStuck = verb == "stuck";
   if ((isCut && (words.size() == 2 || words.size() == 3)) || (isStuck && words.size() == 4)) {
     const size_t i = number(words[1], ring_.fibres(), 1) - 1;
@@ -322,7 +324,7 @@ std::string RingBench::command(const Words& words) {
   }
   throw UserError(
       "known: cut FIBRE [there|back], mend FIBRE [there|back], stuck FIBRE there|back|both "
-      "no|dark|light|dominant|recessive, optics FIBRE|all errors|missing|extra N, "
+      "no|dark|light|dominant|recessive, pair NAME dominant|free, optics FIBRE|all errors|missing|extra N, "
       "optics FIBRE|all jitter|duty|attenuation X, off NODE, on NODE, reset NODE, host NODE stop|start|slow "
       "MS, "
       "clock NODE PPM, storage NODE fail|ok, send NODE ADDRESS HEX, urgent NODE ADDRESS HEX, "

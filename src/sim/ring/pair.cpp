@@ -14,6 +14,13 @@ void Pair::release(const Slave& slave, Time now) {
     if (m->slave == &slave) m->driven.push_back({now, true});
 }
 
+void Pair::hold(bool dominant, Time now) {
+  const auto stuck = std::find_if(members_.begin(), members_.end(), [](const auto& m) { return !m->slave; });
+  Member* m =
+      stuck == members_.end() ? members_.emplace_back(std::make_unique<Member>()).get() : stuck->get();
+  m->driven.push_back({now, !dominant});
+}
+
 void Pair::deliver() {
   struct Change {
     Time at;
@@ -32,6 +39,7 @@ void Pair::deliver() {
     const bool level = std::all_of(members_.begin(), members_.end(), [](const auto& m) { return m->level; });
     if (level == level_) continue;
     level_ = level;
-    for (auto& m : members_) m->slave->pairLevels().push_back({c.at + kDelay, level});
+    for (auto& m : members_)
+      if (m->slave) m->slave->pairLevels().push_back({c.at + kDelay, level});
   }
 }

@@ -15,12 +15,14 @@ class Pair {
   void connect(Slave& slave);
   // A node that has no power is recessive.
   void release(const Slave& slave, Time now);
+  // A transceiver that is stuck dominant, or not any more. Nobody runs meanwhile.
+  void hold(bool dominant, Time now);
   // What nodes have driven until now arrives at all. Nobody runs meanwhile.
   void deliver();
 
  private:
   struct Member {
-    Slave* slave;
+    Slave* slave = nullptr;  // none: what is stuck
     std::vector<Slave::LightEdge> driven;  // since the last delivery; its processor fills it
     bool level = true;
   };

@@ -76,6 +76,12 @@ std::unique_ptr<Host> Ring::makeHost(size_t i) {
   return nullptr;
 }
 
+void Ring::holdPair(const std::string& name, bool dominant) {
+  const auto pair = pairs_.find(name);
+  if (pair == pairs_.end()) throw UserError("there is no twisted pair '" + name + "'.");
+  pair->second.hold(dominant, now_);
+}
+
 void Ring::setPower(size_t i, bool on) {
   Node& n = *nodes_[i];
   if (n.powered == on) return;

@@ -54,6 +54,8 @@ class Ring {
   // A node without power is dark; its host program starts anew when it has power again.
   bool powered(size_t i) const { return nodes_[i]->powered; }
   void setPower(size_t i, bool on);
+  // A transceiver on a twisted pair is stuck dominant, or not any more.
+  void holdPair(const std::string& name, bool dominant);
   // Ends the host program of a node, whose controller goes on, or starts it anew.
   void setHost(size_t i, bool runs);
   // Resets the controller, whose host goes on.

@@ -14,7 +14,7 @@ class BridgeOnRingSpec extends AnyFlatSpec {
     val all = Seq.tabulate(nodes) {
       case 0                   => bridge("a")
       case n if n == nodes / 2 => bridge("b")
-      case _                   => ujson.Obj()
+      case _                   => ujson.Obj("host" -> "can")
     }
     ujson.Obj(
       "mode"        -> "relay",
@@ -61,5 +61,48 @@ class BridgeOnRingSpec extends AnyFlatSpec {
     assert(delays.size == 2 * frames)
     info(s"added delay: ${delays.head} to ${delays.last} us, on average ${delays.sum / delays.size}")
     assert(delays.last < 4000, "no frame waits for longer than a repeat")
+  }
+
+  /** Frames of 11 bits, each another one: `from` so that no two nodes send the same. */
+  private def frames(from: Int, count: Int) =
+    Seq.tabulate(count)(n => f"${n << 3 | from}%03X#" + f"$from%02X$n%02X")
+
+  "BR-01, FR-51: a pair that is stuck dominant" should "stop nobody elsewhere, and go on when it is free" in {
+    val (onA, onB, third) = (4, 5, 3)
+    val stuckUs           = 8000L to 14000L
+    def every(us: Long, node: Int, all: Seq[String]) =
+      all.zipWithIndex.map { case (f, n) => us + n * 700L -> s"frame $node $f" }
+    val (meanwhile, toB, toA) = (frames(1, 6), frames(2, 6), frames(3, 6))
+    val lines = every(9000, third, meanwhile) ++ every(16000, onA, toB) ++ every(16000, onB, toA) ++
+      Seq(stuckUs.head -> "pair a dominant", stuckUs.last -> "pair a free")
+    val passed               = RingProcess.script(network(3), lines, 24000, Seq(onA, onB))
+    def came(at: Int)        = passed(at).map(_.frame)
+    def all(of: Seq[String]) = of.toSet
+    // On the other pair in time, on this one when it is free.
+    for (l  <- passed(onB) if meanwhile.contains(l.frame)) assert(l.us < stuckUs.last)
+    for (at <- Seq(onA, onB)) assert(came(at).filter(meanwhile.contains).sorted == meanwhile.sorted, at)
+    assert(came(onB).filter(all(toB)) == toB && came(onA).filter(all(toA)) == toA)
+  }
+
+  "BR-02: a node on a pair that babbles" should "keep nobody elsewhere from sending" in {
+    val (onA, onB, third) = (4, 5, 3)
+    val babble            = frames(0, 200)
+    val others            = frames(1, 10)
+    val lines = babble.map(f => 6000L -> s"frame $onA $f") ++
+      others.zipWithIndex.map { case (f, n) => 7000 + n * 1500L -> s"frame $third $f" }
+    val passed = RingProcess.script(network(3), lines, 40000, Seq(onA, onB))
+    for (at <- Seq(onA, onB)) {
+      val came = passed(at).filter(l => others.contains(l.frame))
+      assert(came.map(_.frame) == others, s"at node $at")
+    }
+    val late = passed(onB).filter(l => others.contains(l.frame)).zipWithIndex.map { case (l, n) =>
+      l.us - (7000 + n * 1500L)
+    }
+    assert(late.max < 4000, late)
+    // It babbles faster than a ring carries.
+    val arrived = passed(onB).map(_.frame).filter(babble.toSet)
+    assert(
+      arrived == babble.filter(arrived.toSet) && arrived.size > babble.size / 2 && arrived.size < babble.size
+    )
   }
 }
