@@ -9,7 +9,7 @@ import flyframe.{Directory, Tier}
   * host program in C on a ring in RTL.
   */
 class PeerSpec extends AnyFlatSpec {
-  private val tier     = Tier("A node in Python on a ring in RTL", "messages each way", test = 5, soak = 60)
+  private val tier     = Tier("A node in Python on a ring in RTL", "messages each way", test = 5, soak = 20)
   private val Messages = tier.size.toInt
   private val Longest  = if (Tier.isSoak) 2048 else 150
   private val Seed     = 1L
@@ -31,8 +31,10 @@ class PeerSpec extends AnyFlatSpec {
       )
       ring.ask("optics all errors 20000")
       val arguments = Seq("--channel", s"$tty", "--address", "9", "--to", "1")
-      val counts  = Seq("--longest", s"$Longest", "--messages", s"$Messages", "--wanted", s"${2 * Messages}")
-      val command = Seq("build/tools/venv/bin/python", "test/flyframe/ring/peer.py") ++ arguments ++ counts
+      val counts =
+        Seq("--longest", s"$Longest", "--messages", s"$Messages", "--wanted", s"${2 * Messages}") ++
+          Seq("--patience", if (Tier.isSoak) "3000" else "300") // s
+      val command    = Seq("build/tools/venv/bin/python", "test/flyframe/ring/peer.py") ++ arguments ++ counts
       val (out, err) = (new StringBuilder, new StringBuilder)
       val peer =
         Process(command).run(ProcessLogger(l => out.append(l).append('\n'), l => err.append(l).append('\n')))
