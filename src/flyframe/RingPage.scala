@@ -299,9 +299,9 @@ object RingPage {
     paragraph("A node that is silent though its fibres are whole:"),
     table("Sign", "Means")(silences),
     paragraph("""A cut of one fibre takes both ends of its link down, so that both neighbours show it. What a
-      node has heard wrong tells more. Counters of a byte stop at 255, those of four bytes go round; they begin
-      anew with a reset only. A host that reads four bytes in parts does so again if the upper part is not the
-      same when it is read once more:"""),
+      node has heard wrong tells more. Counters of a byte stop at 255, those of four bytes go round; they
+      begin anew with a reset only. A host that reads four bytes in parts does so again if the upper part is
+      not the same when it is read once more:"""),
     table("Counter", "Tells of")(counters.map { case (address, tells) =>
       Seq(s"${at(address)} `${counter(address).name}`", tells)
     }),
