@@ -10,7 +10,7 @@ import scala.concurrent.duration._
 import scala.concurrent.{Await, Future, blocking}
 import scala.jdk.CollectionConverters._
 import scala.sys.process._
-import scala.util.{Try, Using}
+import scala.util.{Success, Try, Using}
 import flyframe.{Directory, Tier}
 
 /** CAN programs that we did not write at the doors of a ring in RTL, and what they make of its recordings:
@@ -35,16 +35,14 @@ class DoorsSpec extends AnyFlatSpec {
   )
   private val StartUs = 6000L // then ports are up, and a new life has been told
 
-  private def tcpPort(): Int = {
-    val socket = new ServerSocket(0, 1, InetAddress.getLoopbackAddress)
-    try socket.getLocalPort
-    finally socket.close()
-  }
-  private def udpPort(): Int = {
-    val socket = new DatagramSocket(0, InetAddress.getLoopbackAddress)
-    try socket.getLocalPort
-    finally socket.close()
-  }
+  /** One that is free for TCP and UDP: cannelloni has both. */
+  private def freePort(): Int = LazyList
+    .continually(Using(new ServerSocket(0, 1, InetAddress.getLoopbackAddress)) { tcp =>
+      new DatagramSocket(tcp.getLocalPort, InetAddress.getLoopbackAddress).close()
+      tcp.getLocalPort
+    })
+    .collectFirst { case Success(port) => port }
+    .get
 
   /** What a Python program prints; fails with its errors if it does not end well. */
   private def python(arguments: String*): String = {
@@ -81,9 +79,9 @@ class DoorsSpec extends AnyFlatSpec {
     }
   }
   private val slcan         = Program("slcan", "slcan", () => link().toString)
-  private val socketcand    = Program("socketcand", "socketcand", () => tcpPort().toString)
-  private val cannelloni    = Program("cannelloni", "cannelloni", () => tcpPort().toString)
-  private val cannelloniUdp = Program("cannelloni-udp", "cannelloni", () => udpPort().toString)
+  private val socketcand    = Program("socketcand", "socketcand", () => freePort().toString)
+  private val cannelloni    = Program("cannelloni", "cannelloni", () => freePort().toString)
+  private val cannelloniUdp = Program("cannelloni-udp", "cannelloni", () => freePort().toString)
 
   "TL-01: frames of python-can" should "pass between slcan and socketcand in relay mode" in
     exchange("slcan and socketcand, relay mode", relay(3), slcan, socketcand)
@@ -99,7 +97,7 @@ class DoorsSpec extends AnyFlatSpec {
 
   "TL-01: clients of cannelloni that are silent, leave and lie" should
     "take nobody's place, and lose nothing" in {
-      val (tty, tcp, other) = (link(), tcpPort(), tcpPort())
+      val (tty, tcp, other) = (link(), freePort(), freePort())
       using(relay(2), "--cannelloni", s"1=$tcp", "--socketcand", s"1=$other", "--slcan", s"2=$tty") { ring =>
         ring.run(StartUs)
         python("streams", s"$tcp", s"$other", s"$tty")
@@ -109,7 +107,7 @@ class DoorsSpec extends AnyFlatSpec {
     }
 
   "TL-01: programs that lie, flood, leave and do not read" should "be refused, and stop nobody" in {
-    val (tty, tcp, udp) = (link(), tcpPort(), udpPort())
+    val (tty, tcp, udp) = (link(), freePort(), freePort())
     using(relay(2), "--slcan", s"1=$tty", "--socketcand", s"2=$tcp", "--cannelloni", s"1=$udp") { ring =>
       ring.run(StartUs)
       python("hostile", s"$tty", s"$tcp", s"$udp", if (Tier.isSoak) "1000" else "20", "1")
@@ -120,7 +118,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-01: programs that never stop writing" should "not stop the ring, nor the socket that ends it" in {
-    val (tty, udp) = (link(), udpPort())
+    val (tty, udp) = (link(), freePort())
     using(relay(2), "--slcan", s"1=$tty", "--cannelloni", s"2=$udp") { ring =>
       ring.run(StartUs)
       // Commands that are answered, and as many frames as a datagram holds.
@@ -223,7 +221,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-01: frames of a client of socketcand that has left" should "be seen by the next one" in {
-    val tcp = tcpPort()
+    val tcp = freePort()
     using(relay(2), "--socketcand", s"2=$tcp") { ring =>
       ring.run(StartUs)
       val sends = (1 to 40).map(n => f"< send 123 1 $n%02x >").mkString
@@ -247,7 +245,7 @@ class DoorsSpec extends AnyFlatSpec {
     }
 
   "TL-01: a send of socketcand that is malformed" should "be counted, and not be answered" in {
-    val tcp = tcpPort()
+    val tcp = freePort()
     using(relay(2), "--socketcand", s"2=$tcp") { ring =>
       ring.run(StartUs)
       // A remote frame of python-can, which takes an answer for an error frame.
@@ -258,7 +256,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-01: a client of socketcand that floods" should "leave others their turns" in {
-    val (tcp, other) = (tcpPort(), tcpPort())
+    val (tcp, other) = (freePort(), freePort())
     using(relay(2), "--socketcand", s"2=$tcp", "--socketcand", s"2=$other") { ring =>
       ring.run(StartUs)
       Using.resource(new Socket(InetAddress.getLoopbackAddress, tcp)) { flood =>
@@ -276,7 +274,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-01: a frame of CAN FD in a datagram of cannelloni" should "be dropped alone" in {
-    val udp = udpPort()
+    val udp = freePort()
     val log = Directory.lasting("doors").resolve("ring.log")
     using(relay(2), "--cannelloni", s"1=$udp", "--candump", s"2=$log") { ring =>
       ring.run(StartUs)
@@ -385,7 +383,7 @@ class DoorsSpec extends AnyFlatSpec {
     (Seq("tshark", "-r", s"$file") ++ arguments).!!(ProcessLogger(_ => ())).linesIterator.toSeq
 
   "TL-02: recordings" should "show tshark and python-can frames, and errors by their classes" in {
-    val (tty, tcp)  = (link(), tcpPort())
+    val (tty, tcp)  = (link(), freePort())
     val folder      = Directory.lasting("recordings")
     val (pcap, log) = (folder.resolve("ring.pcap"), folder.resolve("ring.log"))
     val options =
@@ -486,7 +484,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
 
   "TL-03: levels of a node" should "show sigrok's decoder the frames on the ring" in {
-    val (tty, tcp) = (link(), tcpPort())
+    val (tty, tcp) = (link(), freePort())
     val folder     = Directory.lasting("levels")
     val (vcd, log) = (folder.resolve("ring.vcd"), folder.resolve("ring.log"))
     using(
