@@ -22,7 +22,7 @@ class Pair {
 
  private:
   struct Member {
-    Slave* slave = nullptr;  // none: what is stuck
+    Slave* slave = nullptr;                // none: what is stuck
     std::vector<Slave::LightEdge> driven;  // since the last delivery; its processor fills it
     bool level = true;
   };

@@ -91,9 +91,9 @@ class RelayRingSpec extends AnyFlatSpec {
       onFibres(km * 5000L) { r =>
         def mode(n: Int) = r.rtl.read(n, RingRegisters.State, 1).head & 3
         // Both fibres, or one: its other end is told by search, the way back.
-        for (fibres <- Seq(Seq(0, 1), Seq(0), Seq(1)); link <- 0 until Nodes; phase <- Seq(0, 7)) {
+        for (fibres <- Seq(Seq(0, 1), Seq(0), Seq(1)); link <- 0 until Nodes) {
           val next = (link + 1) % Nodes
-          r.rtl.pass(phase)
+          r.rtl.pass(7 * link) // another phase of the bits
           r.rtl.cut(link, isCut = true, fibres)
           val cutAt = r.rtl.now
           r.us(20 + 5 * km - 1)
