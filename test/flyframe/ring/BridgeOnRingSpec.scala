@@ -67,7 +67,7 @@ class BridgeOnRingSpec extends AnyFlatSpec {
   private def frames(from: Int, count: Int) =
     Seq.tabulate(count)(n => f"${n << 3 | from}%03X#" + f"$from%02X$n%02X")
 
-  "BR-01, FR-51: a pair that is stuck dominant" should "stop nobody elsewhere, and go on when it is free" in {
+  "BR-01: a pair that is stuck dominant" should "stop nobody elsewhere, and go on when it is free" in {
     val (onA, onB, third) = (4, 5, 3)
     val stuckUs           = 8000L to 14000L
     def every(us: Long, node: Int, all: Seq[String]) =
