@@ -46,9 +46,9 @@ class BusModeModel {
   /** 1, 2 or 3 (FR-20, FR-22). */
   def mode: Int =
     if (forced != 0) forced
-    else if (up1 == up2) { if (guard) 2 else 1 }
-    else if (up1) 2
-    else 3
+    else if (up1 != up2) { if (up1) 2 else 3 }
+    else if (guard) 2
+    else 1
 
   private def heard1              = r1 || stuck1.isStuck
   private def heard2              = r2 || stuck2.isStuck

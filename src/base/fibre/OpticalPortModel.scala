@@ -8,6 +8,7 @@ class OpticalPortModel(p: FibreParams) {
   private val demodulator = DemodulatorModel(p)
   private val inspection  = new SignalModel(p)
   private val modulator   = new ModulatorModel(p)
+  private val count       = p.samplesPerCycle
 
   // The stages of the crossing, of samples and of `optical_signal`.
   private var (once, twice)               = (0, 0)
@@ -68,7 +69,11 @@ class OpticalPortModel(p: FibreParams) {
     )
     searches = !signal || tells
     upOrDown(signal && !hearsSearch && !off, off, upMs, eight, ms, quarter)
-    for (i <- 0 until p.samplesPerCycle) demodulator.sample((twice >> i & 1) == 1)
+    var i = 0
+    while (i < count) {
+      demodulator.sample((twice >> i & 1) == 1)
+      i += 1
+    }
     if (inspection.step(twice, slow)) noises = 255 min noises + 1
     twice = once
     once = samples

@@ -5,11 +5,15 @@ import flyframe.registers.RingRegisters._
 
 /** The golden model of both ports and the bus mode of a node, behind their registers (FB-18). */
 class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
-  private val port1  = new OpticalPortModel(p)
-  private val port2  = new OpticalPortModel(p)
-  private val ports  = Seq(port1, port2)
-  private val ring   = new BusModeModel
-  private val msLong = p.coreClockMhz * p.usPerMs
+  private val port1 = new OpticalPortModel(p)
+  private val port2 = new OpticalPortModel(p)
+  private val ports = Seq(port1, port2)
+  private val ring  = new BusModeModel
+
+  private val msClock      = new Divider(p.coreClockMhz * p.usPerMs)
+  private val quarterClock = new Divider(256)
+  private val eightClock   = new Divider(8 * p.coreClockMhz)
+  private val slowClock    = new Divider(16 / p.samplesPerCycle)
 
   private var cycles  = 0L
   private var address = 0
@@ -25,7 +29,7 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
   private var isGuard = false
 
   def cycle: Long                  = cycles
-  def light(port: Int): Boolean    = ports(port).light
+  def light(port: Int): Boolean    = (if (port == 0) port1 else port2).light
   def bus(drive: Boolean): Boolean = ring.bus(drive)
   def interrupt: Boolean           = (events & mask) != 0
 
@@ -33,10 +37,10 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
 
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
     cycles += 1
-    val ms       = cycles       % msLong == 0
-    val quarter  = ms && cycles % (256L * msLong) == 0
-    val eight    = cycles       % (8L * p.coreClockMhz) == 0
-    val slow     = cycles       % (16 / p.samplesPerCycle) == 0
+    val ms       = msClock.ends()
+    val quarter  = ms && quarterClock.ends()
+    val eight    = eightClock.ends()
+    val slow     = slowClock.ends()
     val off      = (control >> PortsOff & 1) == 1
     val send1    = ring.send1(drive)
     val send2    = ring.send2(drive)
@@ -86,4 +90,16 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
 
   private def bits(from: Int, set: Boolean*): Int =
     set.zipWithIndex.collect { case (true, i) => 1 << from + i }.sum
+}
+
+/** Tells of each so many-th step. */
+private class Divider(count: Int) {
+  private var left = count
+
+  /** A step ends, and with it so many. */
+  def ends(): Boolean = {
+    left -= 1
+    if (left == 0) left = count
+    left == count
+  }
 }

@@ -5,8 +5,10 @@ import flyframe.params.FibreParams
 /** Whether an input hears a signal, noise, or search (FR-10, FR-11, FB-02, FB-03, FB-12). */
 class SignalModel(p: FibreParams) {
   private val tooShort = p.samplesIn(24) // below 25 ns
+  private val count    = p.samplesPerCycle
   private val window   = 64 * p.sampleMhz
   private val search   = p.searchSamples
+  private val nearest  = search.head
   private val farthest = search.last
 
   private var before      = false
@@ -34,7 +36,11 @@ class SignalModel(p: FibreParams) {
   def step(lights: Int, slow: Boolean): Boolean = {
     val isFar  = distance > farthest
     var begins = false
-    for (i <- 0 until p.samplesPerCycle) begins |= sample((lights >> i & 1) == 1)
+    var i      = 0
+    while (i < count) {
+      begins |= sample((lights >> i & 1) == 1)
+      i += 1
+    }
     if (distance <= farthest) silence = 0
     else if (isFar && slow) silence = SignalModel.MostSilent min silence + 1
     begins
@@ -52,7 +58,8 @@ class SignalModel(p: FibreParams) {
       if (distance <= tooShort) shortOnes = SignalModel.MostShort + 1 min shortOnes + 1
       begins = shortOnes > SignalModel.MostShort && !isNoisy
       if (begins) isNoisy = true
-      searchEdges = if (search.contains(distance)) SignalModel.SearchEdges min searchEdges + 1 else 0
+      searchEdges =
+        if (distance >= nearest && distance <= farthest) SignalModel.SearchEdges min searchEdges + 1 else 0
       distance = 0
     } else if (distance > farthest) searchEdges = 0
     before = light

@@ -48,13 +48,15 @@ trait CanOnRing {
     * first one and late by the way there, wins in the last bit of the identifier. The bit in front of it is
     * recessive, so that nothing late looks like it.
     *
+    * @param frames
+    *   at least so many, three for each such arbitration
     * @return
-    *   so many frames came, without an error
+    *   all came, without an error
     */
   def arbitrate(frames: Int): Boolean = {
-    import CanOnRing.frame
-    val ends = Seq(0, hosts.size - 1)
-    (0 until frames / 2).forall { number =>
+    def frame(node: Int, number: Int) = CanOnRing.frame(node, number, dlc = 1)
+    val ends                          = Seq(0, hosts.size - 1)
+    (0 until (frames + 2) / 3).forall { number =>
       val Seq(first, other) = if (number % 2 == 0) ends else ends.reverse
       hosts(first).request(frame(0, number))
       run(30)

@@ -16,8 +16,14 @@ class RingBench(
     delays: Seq[Long],
     periods: Seq[Long]
 ) {
-  private val count = nodes.size
-  private val next  = periods.toArray // when the present cycle of each node ends
+  private val count  = nodes.size
+  private val period = periods.toArray
+  private val next   = periods.toArray // when the present cycle of each node ends
+  // By how much each sample of a node's cycle is in front of its end.
+  private val early =
+    period.map(t =>
+      Array.tabulate(p.samplesPerCycle)(i => t * (p.samplesPerCycle - 1 - i) / p.samplesPerCycle)
+    )
 
   // Nodes in the order in which their cycles end, from `head` on, round and round: to search for the next one
   // in each cycle would take most of the time of a large ring.
@@ -28,9 +34,14 @@ class RingBench(
   val there: IndexedSeq[Fibre] = delays.map(new Fibre(_)).toIndexedSeq
   val back: IndexedSeq[Fibre]  = delays.map(new Fibre(_)).toIndexedSeq
 
+  // As arrays, which a long run reads faster.
+  private val units   = nodes.toArray
+  private val thereOf = there.toArray
+  private val backOf  = back.toArray
+
   /** What the controller of a node sends, and what it is told of each cycle. */
   val drives: Array[() => Boolean]      = Array.fill(count)(() => true)
-  val hears: Array[Boolean => Unit]     = Array.fill(count)(_ => ())
+  val hears: Array[RingBench.Listener]  = Array.fill(count)(_ => ())
   var watches: Seq[(Long, Int) => Unit] = Nil // called with time and node behind each cycle
   val optical: Array[Int]               = Array.fill(count)(3)
   val isDead: Array[Boolean]            = Array.fill(count)(false)
@@ -38,27 +49,34 @@ class RingBench(
   /** ps since the start. */
   var now = 0L
 
+  /** The one before it, round and round. */
+  private def behind(n: Int) = if (n == 0) count - 1 else n - 1
+
   /** What a node samples of a fibre in its present cycle. */
   private def samples(fibre: Fibre, n: Int) = {
+    val time    = next(n)
+    val before  = early(n)
     var samples = 0
-    for (i <- 0 until p.samplesPerCycle) {
-      val late = periods(n) * (p.samplesPerCycle - 1 - i) / p.samplesPerCycle
-      if (fibre.receive(next(n) - late)) samples |= 1 << i
+    var i       = 0
+    while (i < before.length) {
+      if (fibre.receive(time - before(i))) samples |= 1 << i
+      i += 1
     }
     samples
   }
 
   private def cycle(n: Int): Unit = {
-    val before = if (n == 0) count - 1 else n - 1
+    val node   = units(n)
+    val before = behind(n)
     val time   = next(n)
     val drive  = drives(n)()
-    hears(n)(nodes(n).bus(drive))
-    nodes(n).step(drive, samples(there(before), n), samples(back(n), n), optical(n))
-    there(n).send(time, nodes(n).light(1) && !isDead(n))
-    back(before).send(time, nodes(n).light(0) && !isDead(n))
-    next(n) += periods(n)
+    hears(n).hear(node.bus(drive))
+    node.step(drive, samples(thereOf(before), n), samples(backOf(n), n), optical(n))
+    thereOf(n).send(time, node.light(1) && !isDead(n))
+    backOf(before).send(time, node.light(0) && !isDead(n))
+    next(n) += period(n)
     now = time
-    for (watch <- watches) watch(time, n)
+    if (watches.nonEmpty) for (watch <- watches) watch(time, n)
   }
 
   /** Runs until `end`. */
@@ -67,10 +85,10 @@ class RingBench(
       val node = order(head)
       cycle(node)
       var at = head
-      head = (head + 1) % count
-      while (at != head && isBefore(node, order((at + count - 1) % count))) {
-        order(at) = order((at + count - 1) % count)
-        at = (at + count - 1) % count
+      head = if (head == count - 1) 0 else head + 1
+      while (at != head && isBefore(node, order(behind(at)))) {
+        order(at) = order(behind(at))
+        at = behind(at)
       }
       order(at) = node
     }
@@ -122,6 +140,11 @@ class RingBench(
 }
 
 object RingBench {
+
+  /** What is told of a level in each cycle; no function, as that would box it each time. */
+  trait Listener {
+    def hear(level: Boolean): Unit
+  }
 
   /** Nodes with addresses from 2 on, short timers, T of 100 core cycles, and all ports up.
     *

@@ -1,6 +1,7 @@
 package flyframe.ring
 
 import org.scalatest.flatspec.AnyFlatSpec
+import java.util.concurrent.CountDownLatch
 import scala.sys.process._
 import scala.util.Random
 import flyframe.{Directory, Tier}
@@ -36,8 +37,18 @@ class PeerSpec extends AnyFlatSpec {
           Seq("--patience", if (Tier.isSoak) "3000" else "300") // s
       val command    = Seq("build/tools/venv/bin/python", "test/flyframe/ring/peer.py") ++ arguments ++ counts
       val (out, err) = (new StringBuilder, new StringBuilder)
-      val peer =
-        Process(command).run(ProcessLogger(l => out.append(l).append('\n'), l => err.append(l).append('\n')))
+      val mayLeave   = new CountDownLatch(1) // the end of the peer's standard input
+      def into(text: StringBuilder) = BasicIO.processFully(l => text.append(l).append('\n'))
+      val streams = new ProcessIO(
+        in => {
+          mayLeave.await()
+          in.close()
+        },
+        into(out),
+        into(err),
+        daemonizeThreads = true
+      )
+      val peer = Process(command).run(streams)
       // Both nodes send to it, one of them also what goes as SHORT.
       val random = new Random(Seed)
       val sent =
@@ -53,16 +64,19 @@ class PeerSpec extends AnyFlatSpec {
       ring.ask("cut 1")
       ring.run(if (Tier.isSoak) 20000 else 4000)
       ring.ask("mend 1")
+      try
+        ring.await("all messages have ended", if (Tier.isSoak) 3000000 else 300000)(
+          !peer.isAlive() || Seq(1, 3).forall(ring.ends(_).size == Messages) &&
+            ring.messages(1).size == Messages
+        )
+      finally mayLeave.countDown()
       assert(peer.exitValue() == 0, err.toString)
       val said = ujson.read(out.toString)
       assert(said("received").arr.map(_.str).sorted == sent.sorted)
       val own = said("sent").arr
       assert(own.size == Messages && own.forall(_("outcome").str == "delivered"))
       assert(ring.messages(1).map(_.data).sorted == own.map(_("data").str).sorted)
-      for (n <- Seq(1, 3)) {
-        ring.await(s"all of node $n have ended", 100000)(ring.ends(n).size == Messages)
-        assert(ring.ends(n).forall(_.outcome == "delivered"))
-      }
+      for (n <- Seq(1, 3)) assert(ring.ends(n).forall(_.outcome == "delivered"), ring.ends(n))
     }
   }
 }

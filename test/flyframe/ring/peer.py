@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """A node of the fibre ring's transport, written from its rules alone (docs/rules/transport.md), on
-python-can: sends messages to another node and takes those that come, until as many as wanted have come and
-all of its own have ended. Prints a JSON object: what was sent with its outcome, and what came.
+python-can: sends messages to another node and takes those that come. When its standard input ends, as many
+as wanted have to have come, and all of its own to have ended; until then it answers, as others may not have
+heard that it has all. Prints a JSON object: what was sent with its outcome, and what came.
 
 Times are those of the wall, long enough for a ring that is simulated slowly."""
 import argparse
 import json
 import random
+import sys
+import threading
 import time
 import zlib
 
@@ -213,8 +216,10 @@ class Peer:
 
     def run(self, destination, messages, wanted, patience_s):
         waiting, end = list(messages), time.monotonic() + patience_s
+        stays = threading.Thread(target=sys.stdin.read, daemon=True)
+        stays.start()
         self.put(0, HELLO, 0, [self.life, 0, 0, 0, 0, 0, 0, 1])
-        while waiting or self.outgoing or len(self.received) < wanted:
+        while stays.is_alive() or waiting or self.outgoing or len(self.received) < wanted:
             now = time.monotonic()
             assert now < end, f"{len(self.sent)} messages have ended, {len(self.received)} came"
             while waiting and self.free:

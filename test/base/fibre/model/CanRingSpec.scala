@@ -16,16 +16,14 @@ class CanRingSpec extends AnyFlatSpec {
     if Tier.isSoak || Seq(1000 -> 2, 400 -> 5, 125 -> 10).contains(kbps -> nodes)
   } {
     val metres = Reach.metres(kbps, nodes).toDouble
-    // Cycles of 50 nodes at 5 kbit/s are many: there it is 10.
-    val frames = (corners.size * kbps / nodes / 10).min(corners.size).max(10L)
     def ring(metres: Double) =
       new CanRing(nodes, Some(nodes - 1), CanRing.spread(nodes, metres), 4000 / kbps, coreClockMhz = 100)
 
     s"FR-38: $nodes nodes, $metres m, $kbps kbit/s" should "arbitrate between the farthest nodes" in
-      corners.run(s"$kbps kbit/s, $nodes nodes", frames) {
+      corners.run(s"$kbps kbit/s, $nodes nodes", corners.size) {
         val r = ring(metres)
         assert(r.guards == Seq(nodes - 1))
-        assert(r.arbitrate(frames.toInt), r.errors)
+        assert(r.arbitrate(corners.size.toInt), r.errors)
       }
 
     it should "fail where the way is too long" in assert(!ring(CanRing.tooLong(metres, nodes)).arbitrate(2))

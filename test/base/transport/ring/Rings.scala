@@ -1,6 +1,7 @@
 package flyframe.transport.ring
 
 import flyframe.can.CanFrame
+import flyframe.fibre.Fibre
 import flyframe.fibre.model.CanRing
 import flyframe.registers.CanRegisters
 import flyframe.relay._
@@ -24,10 +25,10 @@ class BusModeRing(val count: Int) extends RingPort {
 
   /** On each fibre one bit in so many arrives as the other level, from now on. */
   def disturb(oneIn: Int, random: Random): Unit =
-    for (fibre <- ring.bench.there ++ ring.bench.back) fibre.disturbed = new WrongBits(oneIn, random).apply
+    for (fibre <- ring.bench.there ++ ring.bench.back) fibre.disturbed = new WrongBits(oneIn, random)
 
   /** What arrives on a fibre: the tone of the other level in some bits. */
-  private class WrongBits(oneIn: Int, random: Random) {
+  private class WrongBits(oneIn: Int, random: Random) extends Fibre.Disturbance {
     private val bit      = (ring.bit * 1e6).toLong
     private val tones    = Seq(ring.bench.p.toneRecessiveKhz, ring.bench.p.toneDominantKhz)
     private val halves   = tones.map(khz => 1000000000L / khz / 2) // ps between edges
