@@ -12,8 +12,18 @@ import scala.util.Random
   *   bit rate of the ring
   * @param pollUs
   *   a host looks at its port so often
+  * @param faults
+  *   between a port and its host: chances of a frame that it is lost, comes twice, or late; all together at
+  *   most 1
   */
-class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollUs: Int = 200) {
+class Messages(
+    ring: RingPort,
+    seed: Long,
+    inC: Int => Boolean,
+    kbps: Int,
+    pollUs: Int = 200,
+    faults: Faults = Faults()
+) {
   val random          = new Random(seed)
   private val tracker = new Network.Tracker(s"seed $seed")
   private var tags    = 0
@@ -25,8 +35,9 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
     private var downUntil = 0L
     private val slots     = Array.fill(RingPort.Slots)(Option.empty[BusFrame])
     private var takeAt    = Option.empty[Long]
+    private var late      = Seq.empty[(Long, BusFrame)] // with when they come
     private var due       = 0L
-    var arrivedAt         = 0L // when a message has come last
+    var arrivedAt         = 0L                          // when a message has come last
     val underWay          = mutable.Map.empty[Int, Network.Sent]
 
     def close(): Unit = t match {
@@ -48,6 +59,7 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
       ring.clear(index)
       for (i <- slots.indices) slots(i) = None
       takeAt = None
+      late = Nil
       life = life + 1 & 0x7f
       downUntil = ring.now + random.between(5000, 50000)
       tracker.restarted(address)
@@ -56,7 +68,7 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
 
     def poll(): Unit = if (isDown) ring.clear(index)
     else {
-      val frames = ring.received(index)
+      val frames = ring.received(index).flatMap(comes) ++ overdue()
       frames.foreach(t.receive(_, ring.now))
       val waits = if (slots.exists(_.nonEmpty)) ring.pending(index) else 0
       val gone  = slots.indices.filter(i => slots(i).nonEmpty && (waits >> i & 1) == 0)
@@ -71,6 +83,24 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
         takeAt = None
       }
       if (frames.nonEmpty || gone.nonEmpty || takes || ring.now >= due) work()
+    }
+
+    /** What comes of a frame at once. */
+    private def comes(frame: BusFrame): Seq[BusFrame] = if (faults == Faults()) Seq(frame)
+    else {
+      val chance = random.nextDouble()
+      if (chance < faults.lost) Nil
+      else if (chance < faults.lost + faults.doubled) Seq(frame, frame)
+      else if (chance < faults.lost + faults.doubled + faults.late) {
+        late :+= ring.now + random.nextInt(Messages.LatestUs) -> frame
+        Nil
+      } else Seq(frame)
+    }
+
+    private def overdue(): Seq[BusFrame] = {
+      val (ready, rest) = late.partition(_._1 <= ring.now)
+      late = rest
+      ready.sortBy(_._1).map(_._2)
     }
 
     private def work(): Unit = {
@@ -161,4 +191,10 @@ class Messages(ring: RingPort, seed: Long, inC: Int => Boolean, kbps: Int, pollU
       step()
     }
   }
+}
+
+object Messages {
+
+  /** A frame that comes late does so within this time. */
+  private val LatestUs = 20000
 }

@@ -3,15 +3,24 @@ package flyframe.transport.ring
 import flyframe.Tier
 import flyframe.can.CanState
 import flyframe.relay.model.RingLoad
-import flyframe.transport.TransportParams
+import flyframe.transport.{Faults, TransportParams}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
 
 /** Messages over rings of golden models, in both modes, C and model as sender and as receiver. */
 class MessagesSpec extends AnyFlatSpec {
-  private val inBus   = Tier("Messages over a ring in bus mode", "messages", test = 6, soak = 180)
+  private val inBus   = Tier("Messages over a ring in bus mode", "messages", test = 6, soak = 900)
   private val part    = inBus.share(1, 3)
+  private val longest = if (Tier.isSoak) 2048 else 100 // bytes, in bus mode
   private val inRelay = Tier("Messages over a ring in relay mode", "messages", test = 16, soak = 8000)
+  private val faulty =
+    Tier(
+      "Messages over a ring of whose frames many are lost, doubled or late",
+      "messages",
+      test = 6,
+      soak = 1200
+    )
+  private val faults = Faults(lost = 0.3, doubled = 0.1, late = 0.1)
 
   /** Within the run, so that none is on record as passed that was not. */
   private def checked(text: String): String = {
@@ -23,7 +32,7 @@ class MessagesSpec extends AnyFlatSpec {
     "be delivered exactly once" in info(inBus.run("bit errors", part, Some(1)) {
       val r = new BusModeRing(5)
       r.disturb(100000, new Random(1))
-      val text = new Messages(r, 1, _ % 2 == 0, 400).run(part.toInt, 100)()
+      val text = new Messages(r, 1, _ % 2 == 0, 400).run(part.toInt, longest)()
       assert(r.ring.hosts.forall(_.state == CanState.Active))
       if (Tier.isSoak) assert(r.ring.errors.sum > 0)
       s"${checked(text)}; errors ${r.ring.errors.mkString(", ")}"
@@ -33,7 +42,7 @@ class MessagesSpec extends AnyFlatSpec {
     info(inBus.run("breaks", part, Some(2)) {
       val r      = new BusModeRing(5)
       val random = new Random(2)
-      checked(new Messages(r, 2, _ % 2 == 1, 400).run(part.toInt, 100) { n =>
+      checked(new Messages(r, 2, _ % 2 == 1, 400).run(part.toInt, longest) { n =>
         if (n % 3 == 1) r.ring.cut(random.nextInt(5))
         else if (n % 3 == 0) for (i <- 0 until 5) r.ring.cut(i, false)
       })
@@ -41,8 +50,20 @@ class MessagesSpec extends AnyFlatSpec {
 
   they should "be delivered once, or be not confirmed, while hosts start anew" in
     info(inBus.run("restarts of hosts", part, Some(7)) {
-      new Messages(new BusModeRing(5), 7, _ % 2 == 1, 400).run(part.toInt, 100, restarts = 0.3)()
+      new Messages(new BusModeRing(5), 7, _ % 2 == 1, 400).run(part.toInt, longest, restarts = 0.3)()
     })
+
+  they should "be delivered once, or be not confirmed, where a half of all frames is lost, doubled or late" in {
+    val part = faulty.share(1, 3)
+    info(faulty.run("bus mode", part, Some(8)) {
+      val r      = new BusModeRing(5)
+      val random = new Random(8)
+      new Messages(r, 8, _ % 2 == 1, 400, faults = faults).run(part.toInt, longest, restarts = 0.02) { n =>
+        if (n % 3 == 1) r.ring.cut(random.nextInt(5))
+        else if (n % 3 == 0) for (i <- 0 until 5) r.ring.cut(i, false)
+      }
+    })
+  }
 
   "Section 14, FR-33: a message in bus mode through a break" should
     "be delivered within two T_answer behind it" in {
@@ -84,9 +105,20 @@ class MessagesSpec extends AnyFlatSpec {
       inRelayMode(6, inRelay.share(1, 2), pause = 400, restarts = 0.3)
     })
 
-  private def inRelayMode(seed: Long, messages: Long, pause: Int, restarts: Double = 0): String = {
+  they should "be delivered once, or be not confirmed, where a half of all frames is lost, doubled or late" in {
+    val part = faulty.share(2, 3)
+    info(faulty.run("relay mode", part, Some(9))(inRelayMode(9, part, pause = 400, restarts = 0.02, faults)))
+  }
+
+  private def inRelayMode(
+      seed: Long,
+      messages: Long,
+      pause: Int,
+      restarts: Double = 0,
+      faults: Faults = Faults()
+  ): String = {
     val r = new RelayModeRing(RingLoad.setting(seed, 16))
-    val m = new Messages(r, seed, _ % 2 == 0, 2000)
+    val m = new Messages(r, seed, _ % 2 == 0, 2000, faults = faults)
     m.run(messages.toInt, 2048, pause, restarts) { n =>
       val node = m.random.nextInt(16)
       r.ring.flip(node, m.random.nextInt(2))
