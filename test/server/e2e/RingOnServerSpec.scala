@@ -57,6 +57,14 @@ class RingOnServerSpec extends AnyFlatSpec {
       eventually(s"message $tag of node $node is delivered", Patience)(
         outcome(node, tag).contains("delivered")
       )
+
+    /** Of a node whose host has started anew, and its tags with it. */
+    def sendAnew(node: Int, data: Seq[Int]): Unit = {
+      val before = ring.ends(node).size
+      send(node, data)
+      eventually(s"another message of node $node ends", Patience)(ring.ends(node).size > before)
+      assert(ring.ends(node).last.outcome == "delivered")
+    }
   }
 
   "GW-04 to GW-07, GWB-01: a ring under the server" should
@@ -101,6 +109,28 @@ class RingOnServerSpec extends AnyFlatSpec {
         awaitDelivered(2, dark)
         assert(logged.count(_ == long.drop(1000)) == 1 && logged.size == 6)
         eventually("the ring is whole behind it", Patience)(isWhole)
+
+        // TP-13: a sender dies in the middle of a message, and sends it again when it is back.
+        val half = long.drop(1500)
+        send(3, half)
+        ring.run(2000)
+        ring.ask("host 3 stop")
+        ring.run(1000)
+        ring.ask("host 3 start")
+        assert(logged.size == 6)
+        sendAnew(3, half)
+        assert(logged.count(_ == half) == 1)
+
+        // One loses its power that is in the log, whether or not it has heard so.
+        val heard = long.drop(1600)
+        send(2, heard)
+        eventually("the log has the message", Patience)(logged.contains(heard))
+        ring.ask("off 2")
+        ring.run(1000)
+        ring.ask("on 2")
+        eventually("the ring is whole behind it, too", Patience)(isWhole)
+        sendAnew(2, Seq(7, 8, 9))
+        assert(logged.count(_ == heard) == 1 && logged.size == 9)
 
         // GW-06
         val page = new PageClient(server)
