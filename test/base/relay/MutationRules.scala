@@ -40,11 +40,12 @@ trait MutationRules extends RelayCases {
     }
   }
 
-  // A source has one port, so that its frames come in the order of their sequences.
-  private val Forged   = Seq(Seq(0, 126), Seq(127))
+  // Addresses that nobody may have, and others. A source has one port, so that its frames come in the order of
+  // their sequences.
+  private val Forged   = Seq(Seq(0, 126, 2, 8, 64, 124), Seq(127, 1, 5, 9, 63, 125))
   private val PerChunk = 20
 
-  /** Right in every bit, but from an address that nobody may have, of any kind, with any hops. */
+  /** Right in every bit, but of nobody: of any kind, with any hops. */
   private def forged(random: Random, port: Int, sequence: Int): Seq[Boolean] = {
     val source = Forged(port)(random.nextInt(Forged(port).size))
     val hops   = Seq(0, 1, 255, random.nextInt(256))(random.nextInt(4))
