@@ -33,6 +33,9 @@ abstract class FibreCases extends AnyFlatSpec {
   }
 
   /** A line of three: what the first one drives goes through the second, in mode 1, to the third. */
-  protected def line(p: FibreParams = quick)(body: RingBench => Unit): Unit =
-    ring(3, home = None, isLine = true, p = p)(body)
+  protected def line(p: FibreParams = quick, delayNs: Long = 0)(body: RingBench => Unit): Unit =
+    ring(3, home = None, isLine = true, delayNs = delayNs, p = p)(body)
+
+  /** Delays of a fibre behind which its light has every phase to the clock that samples it, each 10 ns. */
+  protected val phases: Seq[Long] = 0L until 10L
 }

@@ -61,12 +61,13 @@ abstract class ModemRules extends FibreCases {
       }
 
     s"FR-06, FR-07: a level ${name(p)}" should "pass a node in time, and keep its length" in {
-      val (most, apart) = if (p.coreClockMhz == 100) (160, 50) else (240, 80)
-      val period        = 1000000L / p.coreClockMhz
-      val slow          = period + period / 10000 // 100 ppm
-      for ((source, passing) <- Seq(period -> period, slow -> period, period -> slow))
+      val (most, apart, longer) = if (p.coreClockMhz == 100) (160, 50, 50) else (240, 80, 60)
+      val period                = 1000000L / p.coreClockMhz
+      val slow                  = period + period / 10000 // 100 ppm
+      for ((source, passing) <- Seq(period -> period, slow -> period, period -> slow); delayNs <- phases)
         withNodes(p, 3) { nodes =>
-          val ring = new RingBench(p, nodes, Seq(0L, 0L, 0L), Seq(source, passing, source))
+          val delay = delayNs * 1000
+          val ring  = new RingBench(p, nodes, Seq(delay, 0L, 0L), Seq(source, passing, source))
           ring.cut(2)
           ring.nodes.foreach(_.setBit(100, 10))
           ring.runUs(30)
@@ -75,7 +76,7 @@ abstract class ModemRules extends FibreCases {
           val level  = new Scope(ring, () => ring.bus(1))
           val random = new Random(7)
           var delays = Seq.empty[Double]
-          for (_ <- 0 until 150) {
+          for (_ <- 0 until 15) {
             ring.runUs((600 + random.nextInt(1200)) / 1000.0)
             Seq(in, out, level).foreach(_.clear())
             val length = 250 + random.nextInt(10) * 10 + random.nextInt(2) * 500
@@ -89,13 +90,14 @@ abstract class ModemRules extends FibreCases {
             // A tone follows its level by a cycle, at the source as at the output of the node.
             val changes = Seq(start, end).map(t => math.ceil(t * 1.0 / source) * source / 1000)
             delays ++= level.changes.map(_._1 + passing / 1000.0).zip(changes).map { case (to, from) =>
-              to - from
+              to - from - delayNs
             }
-            val first = out.rises.find(_ > level.changes.head._1).get - in.rises.find(_ > changes.head).get
+            val first =
+              out.rises.find(_ > level.changes.head._1).get - in.rises.find(_ > changes.head).get - delayNs
             assert(first <= most, "ns between the first rising edges")
             val heard = level.changes(1)._1 - level.changes(0)._1
             val sent  = changes(1) - changes(0)
-            assert(math.abs(heard - sent) <= 50, s"$length ns became $heard ns")
+            assert(math.abs(heard - sent) <= longer + 0.1, s"$length ns became $heard ns")
           }
           assert(delays.max <= most, "ns at most")
           assert(delays.max - delays.min <= apart, "ns apart")
@@ -133,7 +135,7 @@ abstract class ModemRules extends FibreCases {
   for (isDominant <- Seq(true, false)) {
     val tone = if (isDominant) "dominant" else "recessive"
 
-    def steady(change: RingBench => Unit): Unit = line() { ring =>
+    def steady(change: RingBench => Unit): Unit = for (delayNs <- phases) line(delayNs = delayNs) { ring =>
       ring.nodes.foreach(_.setBit(100, 10)) // so that dominance is not cut off
       ring.dominant(0, isDominant)
       ring.runUs(2)
@@ -146,7 +148,7 @@ abstract class ModemRules extends FibreCases {
 
     s"FR-05: one pulse missing from a $tone tone" should "change nothing" in steady { ring =>
       val fibre = ring.there(0)
-      for (_ <- 0 until 50) {
+      for (_ <- 0 until 10) {
         // The light of a whole pulse, and of nothing else, is missing.
         var ends     = false
         var isInside = false
@@ -166,7 +168,7 @@ abstract class ModemRules extends FibreCases {
 
     s"FR-05: one extra pulse in a $tone tone" should "change nothing" in steady { ring =>
       val random = new Random(5)
-      for (_ <- 0 until 90) {
+      for (_ <- 0 until 15) {
         val start = ring.now + 500000 + random.nextInt(1000000)
         val end   = start + 10000 + random.nextInt(20000)
         ring.there(0).disturbed = (time, light) => light || time >= start && time < end
@@ -175,19 +177,14 @@ abstract class ModemRules extends FibreCases {
     }
 
     for (duty <- Seq(40, 50, 60))
-      s"FR-05: a $tone tone with a duty cycle of $duty % and jitter" should "change nothing" in line() {
-        ring =>
+      s"FR-05: a $tone tone with a duty cycle of $duty % and jitter" should "change nothing" in
+        steady { ring =>
           val random = new Random(duty)
           val period = if (isDominant) 40000 else 1000000
           ring.there(0).lateness =
             light => period / 8 + (if (light) 0 else period / 100 * (duty - 50)) + random.nextInt(4001) - 2000
-          ring.nodes.foreach(_.setBit(100, 10))
-          ring.dominant(0, isDominant)
-          ring.runUs(5)
-          val level = new Scope(ring, () => ring.bus(1))
-          ring.runUs(200)
-          assert(level.changes == Nil && ring.bus(1) != isDominant)
-      }
+          ring.runUs(40)
+        }
   }
 
   "FR-08: the counting demodulator" should "decide once in 2 us, by 20 rising edges in one" in
