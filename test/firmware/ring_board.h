@@ -23,6 +23,7 @@ struct RingBoard : board {
   std::deque<Bytes> fifo;
   std::vector<ring_frame> frames;
   unsigned clears = 0;  // of conflicts of addresses
+  uint32_t longest = 0;  // wait, in us
 
   RingBoard() {
     memory[NODE_NODE_TYPE] = 0xf3;
@@ -30,6 +31,7 @@ struct RingBoard : board {
   }
   static bool isIn(uint16_t a, uint16_t first, unsigned bytes) { return a >= first && a < first + bytes; }
   uint32_t time() override { return now; }
+  void wait(uint32_t us) override { longest = std::max(longest, us); }
   uint8_t readByte(uint16_t a) override {
     if (gone) return floating;
     if (isIn(a, NODE_NODE_TIME, 4)) return static_cast<uint8_t>(now >> 8 * (a - NODE_NODE_TIME));

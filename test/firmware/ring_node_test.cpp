@@ -94,7 +94,85 @@ void testOnes() {
 void testStart() {
   NodeBench b;
   b.at.gone = true, b.at.storeFails = -1, ring_node_start(&b.node, &b.at, &b.parameters);
-  check("TB-24: what reads as ones at the start is no life", b.node.life == 0);
+  check("TB-24: what reads as ones at the start is no life", b.node.link_life == 0);
+
+  // The program is there before its controller, and in memory of whatever was there before.
+  RingBoard at;
+  ring_node node;
+  std::memset(&node, 0xa5, sizeof node);
+  at.gone = true;
+  const bool isFault = ring_node_start(&node, &at, &b.parameters) == RING_NODE_NO_CONTROLLER;
+  check("TB-24: a program that begins without a controller says so, and has nothing from before",
+        isFault && !ring_node_conflict(&node) && transport_received(&node.transport) == nullptr);
+  const uint8_t data[] = {1};
+  transport* t = &node.transport;
+  const bool given = transport_watch(t, kPeer, kObject) && transport_object(t, kPeer, kObject, data, 1) &&
+                     transport_send(t, 7, kPeer, false, data, sizeof data, nullptr, node.now_us);
+  const auto pass = [&] { at.now += 1000, ring_node_serve(&node); };
+  for (unsigned i = 0; i < 300; ++i) pass();
+  at.gone = false, pass(), pass();
+  unsigned hellos = 0, messages = 0, values = 0;
+  for (const ring_frame& f : at.frames) {
+    const ring_id id = ring_id_of(f.id);
+    if (id.pipe == RING_PROCESS_DATA) ++values;
+    else if (id.number == RING_HELLO) ++hellos;
+    else if (id.number == RING_SHORT) ++messages;
+  }
+  check("TP-13, TB-24: what it has sent by then leaves when the controller is there",
+        given && hellos == 1 && values == 1 && messages == 1);
+  at.comes({false, kOwn, true, kPeer, kObject, RING_PROCESS_DATA, true}, {3}), pass();
+  uint8_t value[8];
+  bool old;
+  check("TP-50, TB-24: what it has watched by then is followed",
+        transport_value(t, kPeer, kObject, value, &old, node.now_us) == 1 && value[0] == 3 && !old);
+
+  ring_node_parameters impossible = b.parameters;
+  impossible.address = 0;
+  at.gone = true, ring_node_start(&node, &at, &impossible);
+  at.gone = false, pass();
+  check("TB-24: with impossible parameters nothing runs, and nothing can be sent",
+        node.fault == RING_NODE_SETTINGS &&
+            !transport_send(t, 7, kPeer, false, data, sizeof data, nullptr, node.now_us) &&
+            !transport_watch(t, kPeer, kObject) && !transport_object(t, kPeer, kObject, data, 1));
+}
+
+// A bridge's filter accepts whatever goes to no node: the host has to leave that.
+void testBridged() {
+  NodeBench b;
+  b.value();
+  const auto comes = [&](uint8_t filter) {
+    b.at.comes({false, kOwn, true, kPeer, kObject, RING_PROCESS_DATA, true}, {9});
+    b.at.fifo.back()[5] = filter;
+  };
+  const auto value = [&] {
+    uint8_t data[8];
+    bool old;
+    transport_value(&b.node.transport, kPeer, kObject, data, &old, b.node.now_us);
+    return data[0];
+  };
+  comes(8), comes(31), b.run(1);
+  check("BR-01: frames of the bridge are no data of the transport", value() == 1 && b.at.fifo.empty());
+  comes(8), comes(0), b.run(1);
+  check("BR-01: behind one of them others are received", value() == 9);
+}
+
+// Of a program before, another firmware's.
+void testSettings() {
+  RingBoard at;
+  ring_node node;
+  ring_node_parameters parameters = NodeBench().parameters;
+  at.memory[NODE_RING_UP_MS] = 1, at.memory[NODE_RING_RETRIES] = 3;
+  ring_node_start(&node, &at, &parameters);
+  check("FR-12, FR-58: what is not given is as out of reset, whatever was set before",
+        at.memory[NODE_RING_UP_MS] == 10 && at.memory[NODE_RING_RETRIES] == 15);
+}
+
+// The board's watchdog bites after a second.
+void testWatchdog() {
+  NodeBench b;
+  b.node.due_us = UINT64_MAX; // as on a slow ring
+  ring_node_wait(&b.node, 10'000'000);
+  check("TB-24: no wait is longer than half a second", b.at.longest == 500'000);
 }
 
 // Conflicts of addresses that come again and again.
@@ -169,6 +247,9 @@ void testRingNode() {
   testTime(0x00), testTime(0xff);
   testOnes();
   testStart();
+  testBridged();
+  testSettings();
+  testWatchdog();
   testConflicts();
   testAlone();
 }

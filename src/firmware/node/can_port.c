@@ -14,12 +14,16 @@ enum {
   LINK_KBPS_MAX = 2000,
   CONFIRM_UNIT_US = 10,
   CONFIRM_BITS = 20000, /* FR-58: 10 ms at 2 Mbit/s */
+  RETRIES = 15,
+  UP_MS = 10,
   LIFE_MASK = 0x7f,
   FILTERS = 2, /* to the own address, to all */
+  FILTER_MASK = 0x1f,
   BRIDGE_FILTER = 8,
   DESTINATION_SHIFT = 21,
   DESTINATION_MASK = 0x7f,
-  DATA_AT = 8, /* of the bytes of a frame in memory */
+  FILTER_AT = 5, /* of the bytes of a frame in memory: which has accepted it */
+  DATA_AT = 8,
   FRAME_BYTES = 16,
   FIFO_MOST = 128
 };
@@ -95,9 +99,14 @@ static bool starts_relay(struct board *board, const struct can_port_config *conf
   if (confirm == 0) confirm = CONFIRM_BITS * 1000u / config->kbps / CONFIRM_UNIT_US;
   return number_holds(board, NODE_RING_LINK_BIT, 2, cycles) &&
          number_holds(board, NODE_RING_CONFIRM, 2, confirm) &&
+         number_holds(board, NODE_RING_RETRIES, 1, RETRIES) &&
          number_holds(board, NODE_RING_LIFE, 1, config->life & LIFE_MASK) &&
          number_holds(board, NODE_CAN_F_CONTROL, 1, joins(config)) &&
          number_holds(board, NODE_RING_CONTROL, 1, NODE_RING_RELAY_MASK);
+}
+
+uint8_t can_port_slots(bool relay, bool bridge) {
+  return relay && !bridge ? CAN_PORT_SLOTS : CAN_PORT_BUS_SLOTS;
 }
 
 bool can_port_start(struct can_port *port, struct board *board, const struct can_port_config *config) {
@@ -105,7 +114,7 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
   const uint32_t part = relay ? config->kbps : config->kbps * (uint32_t)QUANTA;
   const uint32_t cycles = divide(config->core_mhz, part); /* of a link's bit, or of a quantum */
   *port = (struct can_port){.board = board, .relay = relay};
-  port->slots = relay && !config->bridge ? CAN_PORT_SLOTS : CAN_PORT_BUS_SLOTS;
+  port->slots = can_port_slots(relay, config->bridge);
   if (cycles == 0 || cycles > PRESCALER_MAX || config->kbps > (relay ? LINK_KBPS_MAX : KBPS_MAX) ||
       (relay && config->kbps < LINK_KBPS_MIN) || (config->bridge && config->pair_kbps == 0) ||
       config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
@@ -118,9 +127,10 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
   write_number(board, NODE_RING_CONTROL, 1, read_number(board, NODE_RING_CONTROL, 1) & home);
   /* A port that waits already does so for the time that was written before (FB-04). Its neighbour would be up
    * long before it, and send it what it does not hear: both begin anew. */
-  if (config->up_ms != 0 && read_number(board, NODE_RING_UP_MS, 1) != config->up_ms) {
+  const uint8_t up_ms = config->up_ms != 0 ? config->up_ms : UP_MS;
+  if (read_number(board, NODE_RING_UP_MS, 1) != up_ms) {
     write_number(board, NODE_RING_CONTROL, 1, NODE_RING_OFF_MASK);
-    if (!number_holds(board, NODE_RING_UP_MS, 1, config->up_ms)) return false;
+    if (!number_holds(board, NODE_RING_UP_MS, 1, up_ms)) return false;
     write_number(board, NODE_RING_CONTROL, 1, 0);
   }
   write_number(board, NODE_CAN_F_CONTROL, 1, 0);
@@ -188,11 +198,15 @@ void can_port_abort(struct can_port *port, uint32_t id) {
 
 bool can_port_receive(struct can_port *port, struct ring_frame *frame) {
   uint8_t bytes[FRAME_BYTES];
-  if (read_number(port->board, NODE_CAN_F_RX_LEVEL, 1) == 0) return false;
-  board_read(port->board, NODE_CAN_F_RX_FRAME, bytes, sizeof bytes);
-  write_number(port->board, NODE_CAN_F_RX_RELEASE, 1, 1);
-  frame->id = number_at(bytes, 4) & NODE_CAN_F_RX_IDENTIFIER_MASK;
-  frame->dlc = bytes[4] & 0x0f;
-  for (unsigned i = 0; i < RING_FRAME_BYTES; ++i) frame->data[i] = bytes[DATA_AT + i];
-  return true;
+  for (uint32_t level = read_number(port->board, NODE_CAN_F_RX_LEVEL, 1); level > 0; --level) {
+    board_read(port->board, NODE_CAN_F_RX_FRAME, bytes, sizeof bytes);
+    write_number(port->board, NODE_CAN_F_RX_RELEASE, 1, 1);
+    /* The bridge takes frames of any kind: one of them may look like data of the transport. */
+    if ((bytes[FILTER_AT] & FILTER_MASK) >= FILTERS) continue;
+    frame->id = number_at(bytes, 4) & NODE_CAN_F_RX_IDENTIFIER_MASK;
+    frame->dlc = bytes[4] & 0x0f;
+    for (unsigned i = 0; i < RING_FRAME_BYTES; ++i) frame->data[i] = bytes[DATA_AT + i];
+    return true;
+  }
+  return false;
 }

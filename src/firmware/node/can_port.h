@@ -15,7 +15,7 @@ struct can_port {
   struct board *board;
   bool relay;
   bool works;    /* it was started, and is not lost */
-  uint8_t slots; /* that are used: what the transport may have there (`slots`); a bridge has 8 to 15 */
+  uint8_t slots; /* that are used, see can_port_slots */
   uint32_t ids[CAN_PORT_SLOTS]; /* of the frame that was put into each slot last */
 };
 
@@ -26,7 +26,7 @@ struct can_port_config {
   uint16_t kbps;    /* bus mode: 5 to 1000, core_mhz * 40 must be a multiple of it; relay mode: 400 to 2000,
                        core_mhz * 1000 must be */
   uint8_t core_mhz; /* core clock, 50 or 100 */
-  uint8_t up_ms;    /* until a port comes up (FR-12), the same in all nodes; 0: as out of reset, 10 */
+  uint8_t up_ms;    /* until a port comes up (FR-12), the same in all nodes; 0: 10, as out of reset */
   /* Relay mode: */
   uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: 20,000 bits (FR-58) */
   uint8_t life;        /* number of this start, modulo 128, from memory that keeps it (FR-61) */
@@ -34,6 +34,9 @@ struct can_port_config {
   uint16_t pair_kbps; /* 5 to 1000, core_mhz * 40 must be a multiple of it; 0: it is not used, and stopped */
   bool bridge;        /* whatever is neither to this node nor to all passes between ring and pair (BR-01) */
 };
+
+/* What the transport may have there (its `slots`); a bridge has 8 to 15. */
+uint8_t can_port_slots(bool relay, bool bridge);
 
 /* Sets up the node, in bus mode with the bit timing of FR-38, forgets what waits and what came, and takes
  * part. It receives data frames of 29 bits to its address and to all. False: the bit rate is impossible, or
@@ -46,7 +49,7 @@ bool can_port_runs(const struct can_port *port);
 /* There is no such node any more, until the next start: nothing waits there, and nothing can be sent. */
 void can_port_lose(struct can_port *port);
 
-/* The oldest frame received; false: there is none. */
+/* The oldest frame received that is no bridge's alone; false: there is none. */
 bool can_port_receive(struct can_port *port, struct ring_frame *frame);
 
 #endif

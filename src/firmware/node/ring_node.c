@@ -10,6 +10,7 @@ enum {
   PD_MS_MAX = 1000,
   FRAMES_A_PASS = 64,  /* then it is the transport's turn */
   RESTART_US = 100000, /* between two looks for a controller */
+  WAIT_US_MAX = 500000, /* as the watchdog is served once a pass */
   ALL_EVENTS = 0xffff
 };
 
@@ -70,13 +71,26 @@ static void take_life(struct ring_node *node) {
   node->life_is_new = true;
 }
 
+/* Also without a controller: what the device has given the transport by then is not lost. */
+static void start_transport(struct ring_node *node) {
+  const struct ring_node_parameters *p = &node->parameters;
+  const struct transport_config config = {.address = p->address,
+                                          .life = node->life,
+                                          .kbps = p->kbps,
+                                          .slots = can_port_slots(p->relay, p->bridge),
+                                          .pd_ms = p->pd_ms,
+                                          .hello_ms = p->hello_ms};
+  transport_start(&node->transport, &node->port, &config, node->now_us);
+  node->began = true;
+}
+
 /* The transport goes on through a reset of the controller: what waited there is lost, as frames may be. The
  * links begin a new life, since their sequences begin anew. */
 static enum ring_node_fault start_controller(struct ring_node *node) {
   const struct ring_node_parameters *p = &node->parameters;
   struct board *board = node->board;
+  if (!node->began) return RING_NODE_SETTINGS;
   if (!answers(node)) return RING_NODE_NO_CONTROLLER;
-  if (!is_possible(p)) return RING_NODE_SETTINGS;
   take_life(node);
   const struct can_port_config config = {.address = p->address,
                                          .home = p->home,
@@ -96,17 +110,7 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
   node->link_life = node->life;
   ++node->starts;
   look_at_status(node);
-  if (!node->began) {
-    struct transport_config transport = {.address = p->address,
-                                         .life = node->life,
-                                         .kbps = p->kbps,
-                                         .slots = node->port.slots,
-                                         .pd_ms = p->pd_ms,
-                                         .hello_ms = p->hello_ms};
-    for (unsigned i = 0; i < TRANSPORT_HELLO_BYTES; ++i) transport.hello[i] = node->status[i];
-    transport_start(&node->transport, &node->port, &transport, node->now_us);
-    node->began = true;
-  }
+  transport_hello(&node->transport, node->status);
   return node->stored ? RING_NODE_GOOD : RING_NODE_STORE;
 }
 
@@ -117,15 +121,17 @@ bool ring_node_runs(const struct ring_node *node) {
 
 enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board,
                                      const struct ring_node_parameters *parameters) {
+  const struct ring_node_parameters p = *parameters; /* which may be its own */
+  for (uint32_t i = 0; i < sizeof *node; ++i) ((uint8_t *)node)[i] = 0; /* too large for a literal on a stack */
   node->board = board;
-  node->parameters = *parameters;
-  node->began = node->life_is_new = node->more = false;
-  node->life = 0; /* else of the program before */
+  node->parameters = p;
   if (answers(node)) node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK;
-  node->link_life = node->life;
-  node->starts = 0;
-  node->now_us = node->due_us = 0;
+  node->link_life = node->life; /* of the program before */
   node->timer = board_time(board);
+  if (is_possible(&p)) {
+    take_life(node);
+    start_transport(node);
+  }
   return node->fault = start_controller(node);
 }
 
@@ -165,7 +171,7 @@ void ring_node_serve(struct ring_node *node) {
 }
 
 void ring_node_wait(struct ring_node *node, uint32_t most_us) {
-  uint64_t us = most_us;
+  uint64_t us = most_us < WAIT_US_MAX ? most_us : WAIT_US_MAX;
   if (!ring_node_runs(node)) us = us < RESTART_US ? us : RESTART_US;
   else if (node->due_us <= node->now_us) us = 0;
   else if (node->due_us - node->now_us < us) us = node->due_us - node->now_us;

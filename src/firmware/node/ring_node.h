@@ -47,7 +47,7 @@ struct ring_node {
   struct board *board;
   struct ring_node_parameters parameters;
   enum ring_node_fault fault;
-  bool began;               /* the transport has begun its life */
+  bool began;               /* the transport has begun its life: the parameters are possible */
   uint8_t life, link_life;  /* of the controller's last start; of the node for its links now (FR-61) */
   bool life_is_new, stored; /* no start has used it yet; it is in memory */
   uint32_t starts;          /* of the controller since this program began; above 1 it was reset meanwhile */
@@ -59,7 +59,8 @@ struct ring_node {
   struct transport transport;
 };
 
-/* Begins a life. A fault is told, and ends nothing that can go on. */
+/* Begins a life, also where there is no controller yet: what the transport is given waits for it. A fault is
+ * told, and ends nothing that can go on. */
 enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board,
                                      const struct ring_node_parameters *parameters);
 
@@ -75,7 +76,7 @@ void ring_node_poll(struct ring_node *node);
 /* Whether frames can be sent and received. */
 bool ring_node_runs(const struct ring_node *node);
 
-/* Waits until something has come or is due, at most for so long. */
+/* Waits until something has come or is due, at most for so long, and for half a second. */
 void ring_node_wait(struct ring_node *node, uint32_t most_us);
 
 /* FR-62: another node has the same address. Own frames stop until this is called. */

@@ -12,7 +12,8 @@ enum {
   PARTS_FOR_OTHERS = 8 + RING_REPORTS_RESULTS,
   DATAGRAMS_A_PASS = 4,
   PLANT_EVENTS = NODE_PLANT_MASK_RECEIVED_MASK | NODE_PLANT_MASK_SENT_MASK,
-  CAN_F_AT = 2, /* in HELLO behind the life */
+  PORTS_AT = 1, /* in HELLO behind the life */
+  CAN_F_AT = 2,
   CAN_T_AT = 3,
   ORDER_US = 30000000, /* for a message of the server: twice what four long ones take at 5 kbit/s */
   /* Of a CAN status: another one in each moment, and no news. */
@@ -84,7 +85,7 @@ static void look_at_node(struct ring_server *s, uint8_t address) {
 
 static void look_at_ring(struct ring_server *s) {
   const uint32_t news = transport_news(&s->node.transport);
-  const uint8_t ports = (uint8_t)read_number(s->node.board, NODE_RING_PORTS, 1);
+  const uint8_t ports = s->node.status[PORTS_AT]; /* which the picture is of */
   const bool due = s->node.now_us - s->looked_us >= look_us(s);
   if (news == s->news && ports == s->ports && !due) return;
   if (due) s->looked_us = s->node.now_us;

@@ -61,7 +61,7 @@ static struct transport_outgoing *free_place(struct transport *t, bool urgent) {
 
 bool transport_send(struct transport *t, uint16_t tag, uint8_t destination, bool urgent, const uint8_t *data,
                     uint16_t length, const uint8_t *members, uint64_t now_us) {
-  if (destination > RING_LAST_ADDRESS || destination == t->config.address) return false;
+  if (t->port == 0 || destination > RING_LAST_ADDRESS || destination == t->config.address) return false;
   if (length == 0 || length > TRANSPORT_MESSAGE_BYTES) return false;
   const uint8_t pipe = free_pipe(t, destination, urgent, now_us);
   struct transport_outgoing *m = free_place(t, urgent);

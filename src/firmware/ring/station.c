@@ -59,7 +59,7 @@ void transport_hello(struct transport *t, const uint8_t bytes[TRANSPORT_HELLO_BY
 bool transport_object(struct transport *t, uint8_t destination, uint8_t number, const uint8_t *data,
                       uint8_t length) {
   struct transport_object *place = 0;
-  if (length > RING_FRAME_BYTES) return false;
+  if (t->port == 0 || length > RING_FRAME_BYTES) return false;
   for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
     struct transport_object *o = &t->objects[i];
     if (!o->used) {
@@ -88,6 +88,7 @@ static struct transport_watched *watched(const struct transport *t, uint8_t sour
 }
 
 bool transport_watch(struct transport *t, uint8_t source, uint8_t number) {
+  if (t->port == 0) return false;
   if (watched(t, source, number) != 0) return true;
   for (unsigned i = 0; i < TRANSPORT_WATCHED; ++i) {
     struct transport_watched *w = &t->watched[i];

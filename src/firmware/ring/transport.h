@@ -81,7 +81,8 @@ struct transport_end {
 
 #include "state.h"
 
-/* Begins a life. Nothing of an earlier one may wait in the port. */
+/* Begins a life. Nothing of an earlier one may wait in the port. A transport of zeros has not begun: it takes
+ * nothing, and has nothing. */
 void transport_start(struct transport *transport, struct can_port *port,
                      const struct transport_config *config, uint64_t now_us);
 
