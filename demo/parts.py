@@ -47,21 +47,36 @@ def make_key(path):
         file.write(secrets.token_hex(16) + "\n")
 
 
+def bound(port):
+    """A socket at a port of TCP, as servers bind theirs: one of which a connection is not quite over is free."""
+    probe = socket.socket()
+    probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        probe.bind(("127.0.0.1", port))
+    except OSError:
+        probe.close()
+        raise
+    return probe
+
+
 def free_port(wanted):
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(("127.0.0.1", wanted))
-            return wanted
-        except OSError:
-            return 0
+    try:
+        bound(wanted).close()
+        return wanted
+    except OSError:
+        return 0
 
 
 def door_port(wanted):
-    """The wanted port, or one that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", free_port(wanted)))
-        return probe.getsockname()[1]
+    """The wanted port, or one that is free now, for TCP and UDP."""
+    for port in (wanted, *[0] * 10):
+        try:
+            with bound(port) as probe, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+                other.bind(probe.getsockname())
+                return probe.getsockname()[1]
+        except OSError:
+            continue
+    raise OSError("no port is free for TCP and UDP")
 
 
 class Children:

@@ -44,9 +44,9 @@ def show(status):
     print(f"  simulated time {status['time_us'] / 1000:.1f} ms")
     fibres = {f["fibre"]: f for f in status["fibres"]}
     for n in status["nodes"]:
-        ports = n.get("ports", 0)
-        up = [f"port {p} {'up' if ports & bit else 'DOWN'}" for p, bit in ((1, 0x04), (2, 0x40))]
-        notes = up if n["powered"] else ["no power"]
+        notes = [] if n["powered"] else ["no power"]
+        if "ports" in n:  # what its program has seen
+            notes += [f"port {p} {'up' if n['ports'] & bit else 'DOWN'}" for p, bit in ((1, 0x04), (2, 0x40))]
         if not n["runs"]:
             notes.append("no host program")
         print(f"  node {n['node']:<2} {n['host']:<6} {', '.join(notes)}")

@@ -40,6 +40,9 @@ object RingPage {
     s"${at(r.address)}[${if (b.width == 1) s"${b.low}" else s"${b.high}:${b.low}"}]"
   }
 
+  private def mask(field: String): Int =
+    registers.flatMap(_.fields).find(_.name == field).get.mask.toInt
+
   private def counter(address: Int): Register = registers.find(_.address == address).get
 
   private def named(name: String): String = at(registers.find(_.name == name).get.address)
@@ -63,8 +66,11 @@ object RingPage {
         (f"two bytes with the prescaler less one, then 0x${low & 0xff}%02X 0x${low >> 8}%02X: " +
           s"${timing.length} quanta"),
       s"${at(CanRegisters.FilterStarts.head)} on" ->
-        "what the node wants to receive; value 0x20000000 and mask 0 let everything pass",
-      s"${at(f + CanRegisters.Control)}" -> "1: it takes part, after eleven recessive bits"
+        ("what the node wants to receive; value 0x20000000 and mask 0 let everything pass. The first filter " +
+          "that matches counts: what one of 0 to 7 takes, no bridge takes"),
+      s"${at(f + CanRegisters.Control)}" ->
+        (f"0x${mask("can_f_run") | mask("can_f_recover_itself")}%02X: it takes part, after eleven recessive " +
+          "bits, and comes back from bus-off by itself")
     )
   }
 
@@ -111,20 +117,36 @@ object RingPage {
         s"write ${1 << RingRegisters.ClearConflict} to ${at(RingRegisters.Control)} beside what stands there"
     ),
     Seq(
-      s"a port down, ${bits("ring_signal1")} (port 2: ${bits("ring_signal2")}) clear",
-      "no light: a fibre, a module, or a neighbour without power"
+      s"a port down, ${bits("ring_stuck1")} (port 2: ${bits("ring_stuck2")}) set",
+      "light that stays dominant: a neighbour that is stuck"
+    ),
+    Seq(
+      s"a port down, ${bits("ring_signal1")} (${bits("ring_signal2")}) clear, and not stuck",
+      "no light: a fibre, a module, or a neighbour without power; or noise, if " +
+        s"${at(RingRegisters.Noise1)} (${at(RingRegisters.Noise2)}) counts"
     ),
     Seq(
       s"a port down, ${bits("ring_search1")} (${bits("ring_search2")}) set",
-      "the neighbour sends search: it does not hear this node, or not for long enough yet"
-    ),
-    Seq(
-      s"a port down, ${bits("ring_stuck1")} (${bits("ring_stuck2")}) set",
-      "light that stays dominant: a neighbour that is stuck"
+      "the neighbour sends search: it does not hear this node, or has gone down three times within a second " +
+        "and waits for one (FR-14)"
     ),
     Seq(
       "a port down with light and without search",
       "`ring_up_ms` is not over, or it has gone down three times within a second and waits for one (FR-14)"
+    ),
+    Seq(s"${bits("ring_off")} set", "its ports are switched off"),
+    Seq(
+      s"${bits("can_f_state")} = 0 in bus mode",
+      s"its CAN controller is stopped; with ${bits("can_f_impossible")} set its bit timing is impossible"
+    ),
+    Seq(
+      s"${bits("can_f_state")} = 3",
+      s"bus-off: write ${mask("can_f_recover")} to ${at(CanRegisters.PortStarts(0) + CanRegisters.Command)}, " +
+        s"or set ${bits("can_f_recover_itself")} from the beginning"
+    ),
+    Seq(
+      s"${bits("ring_cut_off")} set",
+      "it drove dominant for too long, and is cut off until it stops (FR-37)"
     )
   )
 
@@ -197,7 +219,8 @@ object RingPage {
       """How far beyond the rule it goes depends on where edges fall; do not plan with it. What light the
       receivers take, for the demodulator `demodulator` 0 (fast) and the published one (1, counting), which
       decides every 2 us only (FR-08). So it cannot do 400 kbit/s, which rules out relay mode, and the tables
-      above do not hold for it:"""
+      above do not hold for it; nor do they for slower tones (`toneDominantKhz`), which take longer to be
+      heard (FR-04):"""
     ),
     paragraph("""![Wrong symbols against jitter, duty cycle, lost pulses and clock
       error](ring-modem.svg)"""),
@@ -207,8 +230,11 @@ object RingPage {
       100 MHz) to ${LinkTiming.Most}. Each node delays a frame by up to 60 bits if its output is idle
       (FR-46), each kilometre by ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be
       longer than the way round a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s
-      do for 50 nodes and 100 km. It needs more with more nodes; it is too short where `ring_repeated`
-      (${named("ring_repeated")}) counts in a ring that is whole. The clocks of all nodes lie
+      do for 50 nodes and 100 km, there and back in a broken one. It needs more with more nodes: there and back
+      is up to 120 bits for each, and what waits on the way comes to that. It is too short where `ring_repeated` (${named(
+          "ring_repeated"
+        )}) counts in a ring that is
+      whole, or in one of which a fibre is pulled to see that. The clocks of all nodes lie
       within 1,000 ppm of one another (RB-07)."""
     ),
     paragraph(
@@ -255,7 +281,8 @@ object RingPage {
     paragraph(
       s"""Preset `ring-node-tp` has a second CAN controller, for a twisted pair, and a bridge: buses of up
       to 1 Mbit/s at places of the ring kilometres apart. What filters 8 to 15 of a port accept goes to slots
-      8 to 15 of the other one, if bit 6 of its control says so (${at(CanRegisters.PortStarts(0))},
+      8 to 15 of the other one (the first filter that matches counts: a frame that one of 0 to 7 takes stays
+      here), if bit 6 of its control says so (${at(CanRegisters.PortStarts(0))},
       ${at(CanRegisters.PortStarts(1))}); the host keeps slots 0 to 7. The bridge acknowledges for the other
       side: frames that find no slot are dropped, the last in CAN order first, and counted
       (${CanRegisters.PortStarts.map(s => at(s + CanRegisters.BridgeDropped)).mkString(", ")}). Never let two
@@ -300,8 +327,8 @@ object RingPage {
     table("Sign", "Means")(silences),
     paragraph("""A cut of one fibre takes both ends of its link down, so that both neighbours show it. What a
       node has heard wrong tells more. Counters of a byte stop at 255, those of four bytes go round; they
-      begin anew with a reset only. A host that reads four bytes in parts does so again if the upper part is
-      not the same when it is read once more:"""),
+      begin anew with a reset only. A host that reads four bytes in parts reads the upper ones, the lower
+      ones, and the upper ones again; if these are not the same now, it does so once more:"""),
     table("Counter", "Tells of")(counters.map { case (address, tells) =>
       Seq(s"${at(address)} `${counter(address).name}`", tells)
     }),
