@@ -36,8 +36,9 @@ BOARD_PRESET := $(BOARD)-$(ROLE)
 BOARD_FLAGS  := $(foreach p,$(BOARD_PARAMETERS),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
-        transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
-        campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix \
+        ring-plan transport-campaign relay-campaign campaign campaign-programs campaign-scheduler \
+        campaign-worker campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest \
+        interop lint matrix \
         format check-format report ring-report figures pictures quartus check-board clean demo demo-ring \
         server \
         firmware-test stack-test alarm-sim alarm-ring-sim ring-sim ethercrab-test mutants \
@@ -90,6 +91,10 @@ smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host
 hosts: tools-for-hosts ## hosts at the pins of every interface, good and bad: \
        # ACCESSES=1000000 SEED=1 HOSTS="hosts-spi-0 hosts-bus-16"
 	$(SBT) "Test / runMain flyframe.cosim.HostPins $(ACCESSES) $(SEED) $(HOSTS)"
+
+ring-plan: MHZ = 100
+ring-plan: tools-for-ring-plan ## what a fibre ring can do: NODES=20 METRES=1200 MHZ=100
+	@$(SBT) --error "runMain flyframe.RingPlan --nodes $(or $(NODES),0) --metres $(or $(METRES),0) --mhz $(MHZ)"
 
 can-fuzz: tools-for-can-fuzz ## random CAN buses, a port in RTL against the golden model, in each cycle: \
           # FRAMES=1000000 SEED=7

@@ -44,6 +44,7 @@ tools_fuzz                := sbt sim
 tools_smsoak              := sbt sim
 tools_hosts               := sbt sim
 tools_can-fuzz            := sbt sim
+tools_ring-plan           := sbt
 tools_transport-campaign  := sbt sim
 tools_relay-campaign      := sbt
 tools_faults              := sim

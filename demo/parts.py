@@ -48,7 +48,7 @@ def make_key(path):
 
 
 def bound(port):
-    """A socket at a port of TCP, as servers bind theirs: one of which a connection is not quite over is free."""
+    """A socket at a port of TCP, bound as servers do: one that old connections wait at is free."""
     probe = socket.socket()
     probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

@@ -17,6 +17,9 @@ object RingPage {
   /** Quanta of a bit: the propagation and both phase segments of FR-38. */
   val timing: BitSetting = BitSetting(tseg1 = 18 + 3, tseg2 = 3, sjw = 3)
 
+  /** The upper two of the four bytes of the bit timing, the first one below. */
+  val timingBytes: Int = timing.tseg1 - 1 | (timing.tseg2 - 1 | timing.sjw - 1 << 4) << 8
+
   /** Core cycles of a quantum at a bit rate of bus mode, kbit/s. */
   def prescaler(coreClockMhz: Int, kbps: Int): Int = {
     val prescaler = coreClockMhz * 1000 / (timing.length * kbps)
@@ -57,7 +60,7 @@ object RingPage {
   }
 
   private def setup: Seq[(String, String)] = {
-    val low = timing.tseg1 - 1 | (timing.tseg2 - 1 | timing.sjw - 1 << 4) << 8
+    val low = timingBytes
     Seq(
       s"${at(RingRegisters.Address)}" -> "the node's address, each another one",
       s"${at(RingRegisters.Control)}" ->
@@ -66,11 +69,11 @@ object RingPage {
         (f"two bytes with the prescaler less one, then 0x${low & 0xff}%02X 0x${low >> 8}%02X: " +
           s"${timing.length} quanta"),
       s"${at(CanRegisters.FilterStarts.head)} on" ->
-        ("what the node wants to receive; value 0x20000000 and mask 0 let everything pass. The first filter " +
-          "that matches counts: what one of 0 to 7 takes, no bridge takes"),
+        ("what the node wants to receive; value 0x20000000 and mask 0 let everything pass. The first " +
+          "filter that matches counts: what one of 0 to 7 takes, no bridge takes"),
       s"${at(f + CanRegisters.Control)}" ->
-        (f"0x${mask("can_f_run") | mask("can_f_recover_itself")}%02X: it takes part, after eleven recessive " +
-          "bits, and comes back from bus-off by itself")
+        (f"0x${mask("can_f_run") | mask("can_f_recover_itself")}%02X: it takes part, after eleven " +
+          "recessive bits, and comes back from bus-off by itself")
     )
   }
 
@@ -127,8 +130,8 @@ object RingPage {
     ),
     Seq(
       s"a port down, ${bits("ring_search1")} (${bits("ring_search2")}) set",
-      "the neighbour sends search: it does not hear this node, or has gone down three times within a second " +
-        "and waits for one (FR-14)"
+      "the neighbour sends search: it does not hear this node, or has gone down three times within a " +
+        "second and waits for one (FR-14)"
     ),
     Seq(
       "a port down with light and without search",
@@ -141,7 +144,7 @@ object RingPage {
     ),
     Seq(
       s"${bits("can_f_state")} = 3",
-      s"bus-off: write ${mask("can_f_recover")} to ${at(CanRegisters.PortStarts(0) + CanRegisters.Command)}, " +
+      s"bus-off: write ${mask("can_f_recover")} to ${at(f + CanRegisters.Command)}, " +
         s"or set ${bits("can_f_recover_itself")} from the beginning"
     ),
     Seq(
@@ -203,7 +206,8 @@ object RingPage {
       it) need ${Reach.nodeNs(100) / 1000.0} us (${Reach.nodeNs(
           50
         ) / 1000.0} us at a core clock of 50 MHz). The greatest
-      length of the whole ring in km, gap included, as a break may move the gap anywhere (FR-38):"""
+      length of the whole ring in km, gap included, as a break may move the gap anywhere (FR-38); for other
+      rings `make ring-plan NODES=20 METRES=600` tells bit rate, bit timing and delays of both modes:"""
     ),
     reach(100),
     Seq("The same at a core clock of 50 MHz, and of a ring with nodes of both clocks:", ""),
@@ -230,12 +234,10 @@ object RingPage {
       100 MHz) to ${LinkTiming.Most}. Each node delays a frame by up to 60 bits if its output is idle
       (FR-46), each kilometre by ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be
       longer than the way round a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s
-      do for 50 nodes and 100 km, there and back in a broken one. It needs more with more nodes: there and back
-      is up to 120 bits for each, and what waits on the way comes to that. It is too short where `ring_repeated` (${named(
-          "ring_repeated"
-        )}) counts in a ring that is
-      whole, or in one of which a fibre is pulled to see that. The clocks of all nodes lie
-      within 1,000 ppm of one another (RB-07)."""
+      do for 50 nodes and 100 km, there and back in a broken one. It needs more with more nodes: there and
+      back is up to 120 bits for each, and what waits on the way comes to that. It is too short where
+      `ring_repeated` (${named("ring_repeated")}) counts in a ring that is whole, or in one of which a fibre
+      is pulled to see that. The clocks of all nodes lie within 1,000 ppm of one another (RB-07)."""
     ),
     paragraph(
       f"""How long a frame of 8 bytes takes until the last node has it, in a ring of 51 nodes, 10 km

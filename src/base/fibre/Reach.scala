@@ -30,6 +30,15 @@ object Reach {
     (1000000000L * Percent / 100 / (2 * oneWay)).toInt
   }
 
+  /** The least core cycles of a quantum, 25 of them a bit, with which a ring of this length works. */
+  def prescaler(metres: Int, nodes: Int, coreClockMhz: Int = 100): Long = {
+    val way = 2 * (nodeNs(coreClockMhz).toLong * (nodes - 1) + NsPerMetre.toLong * metres)
+    (way * 100 * coreClockMhz + Quanta * Percent * 1000 - 1) / (Quanta * Percent * 1000)
+  }
+
+  /** Of a bit. */
+  val Quanta = 25
+
   /** The bit rates and numbers of nodes of the table. */
   val Rates: Seq[Int] = Seq(1000, 500, 400, 250, 125, 100, 50, 20, 10, 5)
   val Nodes: Seq[Int] = Seq(2, 5, 10, 20, 50)

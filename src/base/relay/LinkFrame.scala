@@ -187,6 +187,6 @@ object LinkFrame {
     java.util.Arrays.copyOf(out, count)
   }
 
-  // A stuff bit behind every fourth bit is the worst case.
-  private val MostLevels = (1 + LinkHeader.Bits + LinkBody.MaxBits) * 5 / 4 + 1
+  /** Bits of the longest frame: a stuff bit behind every fourth bit is the worst case. */
+  val MostLevels: Int = (1 + LinkHeader.Bits + LinkBody.MaxBits) * 5 / 4 + 1
 }

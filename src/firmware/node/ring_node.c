@@ -122,7 +122,7 @@ bool ring_node_runs(const struct ring_node *node) {
 enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board,
                                      const struct ring_node_parameters *parameters) {
   const struct ring_node_parameters p = *parameters; /* which may be its own */
-  for (uint32_t i = 0; i < sizeof *node; ++i) ((uint8_t *)node)[i] = 0; /* too large for a literal on a stack */
+  for (uint32_t i = 0; i < sizeof *node; ++i) ((uint8_t *)node)[i] = 0; /* too large for a stack */
   node->board = board;
   node->parameters = p;
   if (answers(node)) node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK;

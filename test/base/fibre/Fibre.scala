@@ -6,7 +6,7 @@ package flyframe.fibre
   *   from pin to pin
   */
 class Fibre(val delay: Long) {
-  // When the edges under way arrive: a ring of them, which alternate. Each sample of a run asks for the first.
+  // When the edges under way arrive: a ring of them, which alternate. Each sample asks for the first.
   private var edges   = new Array[Long](64)
   private var head    = 0
   private var count   = 0

@@ -40,8 +40,8 @@ trait MutationRules extends RelayCases {
     }
   }
 
-  // Addresses that nobody may have, and others. A source has one port, so that its frames come in the order of
-  // their sequences.
+  // Addresses that nobody may have, and others. A source has one port, so that its frames come in the order
+  // of their sequences.
   private val Forged   = Seq(Seq(0, 126, 2, 8, 64, 124), Seq(127, 1, 5, 9, 63, 125))
   private val PerChunk = 20
 

@@ -53,7 +53,7 @@ class MessagesSpec extends AnyFlatSpec {
       new Messages(new BusModeRing(5), 7, _ % 2 == 1, 400).run(part.toInt, longest, restarts = 0.3)()
     })
 
-  they should "be delivered once, or be not confirmed, where a half of all frames is lost, doubled or late" in {
+  they should "be delivered once, or be not confirmed, where half of all frames are lost, double or late" in {
     val part = faulty.share(1, 3)
     info(faulty.run("bus mode", part, Some(8)) {
       val r      = new BusModeRing(5)
@@ -105,7 +105,7 @@ class MessagesSpec extends AnyFlatSpec {
       inRelayMode(6, inRelay.share(1, 2), pause = 400, restarts = 0.3)
     })
 
-  they should "be delivered once, or be not confirmed, where a half of all frames is lost, doubled or late" in {
+  they should "be delivered once, or be not confirmed, where half of all frames are lost, double or late" in {
     val part = faulty.share(2, 3)
     info(faulty.run("relay mode", part, Some(9))(inRelayMode(9, part, pause = 400, restarts = 0.02, faults)))
   }
