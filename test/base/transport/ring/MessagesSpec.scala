@@ -9,9 +9,10 @@ import scala.util.Random
 
 /** Messages over rings of golden models, in both modes, C and model as sender and as receiver. */
 class MessagesSpec extends AnyFlatSpec {
-  private val inBus   = Tier("Messages over a ring in bus mode", "messages", test = 6, soak = 900)
-  private val part    = inBus.share(1, 3)
-  private val longest = if (Tier.isSoak) 2048 else 100 // bytes, in bus mode
+  private val inBus = Tier("Messages over a ring in bus mode", "messages", test = 6, soak = 900)
+  private val part  = inBus.share(1, 3)
+  // In bus mode: bytes, and looks of a host between two messages: the ring carries twice as much.
+  private val (longest, pause) = if (Tier.isSoak) (2048, 800) else (100, 10)
   private val inRelay = Tier("Messages over a ring in relay mode", "messages", test = 16, soak = 8000)
   private val faulty =
     Tier(
@@ -32,7 +33,7 @@ class MessagesSpec extends AnyFlatSpec {
     "be delivered exactly once" in info(inBus.run("bit errors", part, Some(1)) {
       val r = new BusModeRing(5)
       r.disturb(100000, new Random(1))
-      val text = new Messages(r, 1, _ % 2 == 0, 400).run(part.toInt, longest)()
+      val text = new Messages(r, 1, _ % 2 == 0, 400).run(part.toInt, longest, pause)()
       assert(r.ring.hosts.forall(_.state == CanState.Active))
       if (Tier.isSoak) assert(r.ring.errors.sum > 0)
       s"${checked(text)}; errors ${r.ring.errors.mkString(", ")}"
@@ -42,7 +43,7 @@ class MessagesSpec extends AnyFlatSpec {
     info(inBus.run("breaks", part, Some(2)) {
       val r      = new BusModeRing(5)
       val random = new Random(2)
-      checked(new Messages(r, 2, _ % 2 == 1, 400).run(part.toInt, longest) { n =>
+      checked(new Messages(r, 2, _ % 2 == 1, 400).run(part.toInt, longest, pause) { n =>
         if (n % 3 == 1) r.ring.cut(random.nextInt(5))
         else if (n % 3 == 0) for (i <- 0 until 5) r.ring.cut(i, false)
       })
@@ -50,7 +51,7 @@ class MessagesSpec extends AnyFlatSpec {
 
   they should "be delivered once, or be not confirmed, while hosts start anew" in
     info(inBus.run("restarts of hosts", part, Some(7)) {
-      new Messages(new BusModeRing(5), 7, _ % 2 == 1, 400).run(part.toInt, longest, restarts = 0.3)()
+      new Messages(new BusModeRing(5), 7, _ % 2 == 1, 400).run(part.toInt, longest, pause, restarts = 0.3)()
     })
 
   they should "be delivered once, or be not confirmed, where half of all frames are lost, double or late" in {
@@ -58,9 +59,10 @@ class MessagesSpec extends AnyFlatSpec {
     info(faulty.run("bus mode", part, Some(8)) {
       val r      = new BusModeRing(5)
       val random = new Random(8)
-      new Messages(r, 8, _ % 2 == 1, 400, faults = faults).run(part.toInt, longest, restarts = 0.02) { n =>
-        if (n % 3 == 1) r.ring.cut(random.nextInt(5))
-        else if (n % 3 == 0) for (i <- 0 until 5) r.ring.cut(i, false)
+      new Messages(r, 8, _ % 2 == 1, 400, faults = faults).run(part.toInt, longest, pause, restarts = 0.02) {
+        n =>
+          if (n % 3 == 1) r.ring.cut(random.nextInt(5))
+          else if (n % 3 == 0) for (i <- 0 until 5) r.ring.cut(i, false)
       }
     })
   }
