@@ -103,6 +103,7 @@ void CanHost::sendNext() {
   busy_ = true;
 }
 
+// A change of the state comes with a bus error, and is told behind it.
 void CanHost::lookAtFaults(bool isError) {
   CanFault now;
   const uint32_t status = read_number(&board_, at(NODE_CAN_F_STATUS), 1);
@@ -112,13 +113,14 @@ void CanHost::lookAtFaults(bool isError) {
   now.rec = (both & NODE_CAN_F_REC_MASK) >> NODE_CAN_F_REC_SHIFT;
   if (isError) {
     const uint32_t last = read_number(&board_, at(NODE_CAN_F_LAST_ERROR), 4);
-    now.type = last & NODE_CAN_F_ERROR_TYPE_MASK;
-    now.sender = last & NODE_CAN_F_ERROR_SENDER_MASK;
-    now.field = (last & NODE_CAN_F_ERROR_FIELD_MASK) >> NODE_CAN_F_ERROR_FIELD_SHIFT;
-    now.bit = (last & NODE_CAN_F_ERROR_BIT_MASK) >> NODE_CAN_F_ERROR_BIT_SHIFT;
+    CanFault error = now;
+    error.type = last & NODE_CAN_F_ERROR_TYPE_MASK;
+    error.sender = last & NODE_CAN_F_ERROR_SENDER_MASK;
+    error.field = (last & NODE_CAN_F_ERROR_FIELD_MASK) >> NODE_CAN_F_ERROR_FIELD_SHIFT;
+    error.bit = (last & NODE_CAN_F_ERROR_BIT_MASK) >> NODE_CAN_F_ERROR_BIT_SHIFT;
+    pass_.push_back({CanEvent::fault, slave().nextRise(), {}, error, nullptr});
   }
-  if (isError || now.state != last_.state)
-    pass_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
+  if (now.state != last_.state) pass_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
   last_ = now;
 }
 

@@ -8,6 +8,11 @@
 namespace {
 constexpr Time kReset = 1 * kUs;
 constexpr Time kLongest = 10 * kUs;  // between two looks of whoever asks something of the ring
+
+// A node without power misses what came, but finds the last level when it has power again.
+void keepLast(std::deque<LightEdge>& levels) {
+  if (levels.size() > 1) levels.erase(levels.begin(), levels.end() - 1);
+}
 }  // namespace
 
 Ring::Ring(const RingSpec& spec, const RingOptions& options)
@@ -119,8 +124,8 @@ void Ring::runNode(Node& n, size_t i) {
   if (i < ringSize_)
     for (int port : {0, 1}) into(i, port).deliver(n.slave->light(port), 1 - phase_, now_);
   if (!n.powered) {
-    for (int port : {0, 1}) n.slave->light(port).clear();
-    n.slave->pairLevels().clear();
+    for (int port : {0, 1}) keepLast(n.slave->light(port));
+    keepLast(n.slave->pairLevels());
     return;
   }
   if (n.resetEnd != kNever && now_ >= n.resetEnd) {

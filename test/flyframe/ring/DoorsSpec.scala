@@ -428,6 +428,37 @@ class DoorsSpec extends AnyFlatSpec {
     assert(told.count(t => t(4) == "1" && t(6).toInt > 0) > 5 && told.forall(t => Set("", "0")(t(5))), told)
   }
 
+  "TL-02: error passive and bus-off" should "be told behind the bus errors that lead there" in {
+    val onPair = ujson.Obj("preset" -> pairNode, "pair" -> "a")
+    val network = ujson.Obj(
+      "nodes"       -> 2,
+      "each"        -> ujson.Obj("host" -> "none"),
+      "controllers" -> Seq(onPair, onPair)
+    )
+    val lines = Seq(
+      // What node 4 finds on the pair is not what it has seen last.
+      1200L -> "pair a dominant",
+      1210L -> "off 4",
+      1300L -> "pair a free",
+      1400L -> "on 4",
+      3000L -> "frame 3 123#01",
+      // Nobody acknowledges, then the pair fails within a frame.
+      3200L -> "off 4",
+      3250L -> "frame 3 124#0000000000000000",
+      5600L -> "pair a dominant",
+      5800L -> "pair a free",
+      6000L -> "on 4"
+    )
+    val came          = scriptWithErrors(network, lines, endUs = 8500, logged = Seq(3, 4))
+    val (first, rest) = came(3).map(_.frame).filterNot(_.startsWith("20000288")).span(_ != "123#01")
+    assert(first.forall(_.startsWith("20000204")), s"node 4 has acknowledged: $came")
+    val states = rest.filterNot(_.startsWith("200002A0")).map(_.takeWhile(_ != '#'))
+    assert(states == Seq("123", "20000204", "20000240", "20000204", "124"), came)
+    val passive = rest.indexWhere(_.startsWith("20000204#002"))
+    assert(passive > 0 && rest(passive - 1).startsWith("200002A0"), came)
+    assert(came(4).map(_.frame).filterNot(_.startsWith("2000")) == Seq("123#01", "124#0000000000000000"))
+  }
+
   /** Node 2 sends a frame each millisecond, from the time on when it can. */
   private def sending(folder: Path): Seq[String] = {
     val lines = (StartUs to 20000L by 1000L).map(us => s"$us frame 2 123#\n").mkString

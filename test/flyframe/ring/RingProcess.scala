@@ -179,6 +179,16 @@ object RingProcess {
       lines: Seq[(Long, String)],
       endUs: Long,
       logged: Seq[Int]
+  ): Map[Int, Seq[Logged]] = scriptWithErrors(network, lines, endUs, logged).map { case (n, all) =>
+    n -> all.filterNot(_.frame.matches("200002(04|40|88|A0)#.*"))
+  }
+
+  /** The same, with errors and changes of state. */
+  def scriptWithErrors(
+      network: ujson.Value,
+      lines: Seq[(Long, String)],
+      endUs: Long,
+      logged: Seq[Int]
   ): Map[Int, Seq[Logged]] = {
     val folder = Directory.lasting("ring")
     val file   = write(folder, network)
@@ -194,8 +204,7 @@ object RingProcess {
     val Line = raw"\((\d+)\.(\d{6})\) can0 (\S+)".r
     logs.map { case (n, log) =>
       n -> Files.readAllLines(log).asScala.toSeq.collect {
-        case Line(s, us, frame) if !frame.matches("200002(04|40|88|A0)#.*") =>
-          Logged(s.toLong * 1000000 + us.toLong, frame)
+        case Line(s, us, frame) => Logged(s.toLong * 1000000 + us.toLong, frame)
       }
     }.toMap
   }
