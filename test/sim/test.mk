@@ -5,13 +5,16 @@ include src/sim/sim.mk
 .PHONY: cosim-selftest firmware-test stack-test transport-node
 
 # The simulator against plain repeaters: proves the simulator itself, without flyframe RTL.
-cosim-selftest: build/selftest/eeprom-test
+cosim-selftest: build/selftest/eeprom-test build/selftest/fibre-test
 	$(MAKE) -f $(SIM)/sim.mk cosim GENERATED=test/sim/selftest COSIM_OUT=build/selftest \
 	  PRESETS="repeater repeater-wide"
 	build/selftest/eeprom-test
+	build/selftest/fibre-test
 	python3 test/sim/selftest/run.py build/selftest
 
 build/selftest/eeprom-test: build/selftest/eeprom_test.o $(SIM_OBJ)/core/eeprom.o
+	$(CXX) -o $@ $^
+build/selftest/fibre-test: build/selftest/fibre_test.o $(SIM_OBJ)/ring/fibre.o
 	$(CXX) -o $@ $^
 build/selftest/%.o: test/sim/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS))

@@ -127,7 +127,7 @@ bool RingBench::commandOfFibre(const Words& words) {
     const auto act = [&](Fibre& f) {
       if (isCut) return f.setWhole(verb == "mend");
       for (const auto& [name, value] : kStuck)
-        if (words[3] == name) return f.setStuck(value, ring_.now());
+        if (words[3] == name) return f.setStuck(value);
       throw UserError("'" + words[3] +
                       "' is nothing a module is stuck at; known: no, dark, light, dominant, recessive.");
     };

@@ -7,8 +7,10 @@ namespace {
 constexpr Time kDominant = 40 * kNs, kRecessive = 1000 * kNs;  // periods of the tones
 constexpr Time kSlow = 100 * kNs;                              // longer ones are no dominant tone (FR-04)
 constexpr Time kShortest = 5 * kNs;                            // what a module passes
-constexpr Time kExtra = 10 * kNs;
-constexpr double kQ = 7.03;  // of a receiver with one error in 10^12
+constexpr Time kExtra = 10 * kNs;                              // that of samples: no node misses it
+constexpr Time kDark = 2500 * kNs;                             // without an edge it is no light (FR-10)
+constexpr double kQ = 7.03;                                    // of a receiver with one error in 10^12
+constexpr double kDarkDb = 20;                                 // beyond what it needs
 }  // namespace
 
 Fibre::Fibre(double km, Time bit, uint64_t seed)
@@ -17,24 +19,20 @@ Fibre::Fibre(double km, Time bit, uint64_t seed)
       random_(seed) {}
 
 void Fibre::changed() {
-  // Half of the light, 3 dB, is half of the current, and half of the distance from the noise.
+  // Half of the light, 3 dB, is half of the current, and half of the distance from the noise. A hundredth is
+  // no light any more.
   const double q = kQ * std::pow(10, -optics_.attenuationDb / 10);
-  weak_ = optics_.attenuationDb > 0 ? std::erfc(q / std::sqrt(2)) / 2 : 0;
+  weak_ = optics_.attenuationDb >= kDarkDb ? 1
+          : optics_.attenuationDb > 0      ? std::erfc(q / std::sqrt(2)) / 2
+                                           : 0;
   errorAt_ = kNever;
-  if (optics_.bitErrors > 0) planError(lastAt_);
+  if (optics_.bitErrors > 0) planError(delivered_);
 }
 
 void Fibre::planError(Time from) {
   const double mean = static_cast<double>(optics_.bitErrors) * static_cast<double>(bit_);
   const double until = std::exponential_distribution<double>(1 / mean)(random_);
   errorAt_ = until < static_cast<double>(kNever - from) ? from + static_cast<Time>(until) : kNever;
-}
-
-void Fibre::setWhole(bool whole) { whole_ = whole; }
-
-void Fibre::setStuck(Stuck stuck, Time now) {
-  stuck_ = stuck;
-  stuckNext_ = now;
 }
 
 void Fibre::emit(Time at, bool level) {
@@ -54,16 +52,17 @@ void Fibre::spoil(Time from) {
   for (Time t = from; t + half <= errorEnd_; t += half) emit(t, !level_);
 }
 
+// Without light there are no bits that could be wrong.
 void Fibre::errorsUntil(Time now) {
   while (errorAt_ < now) {
     const Time at = errorAt_;
-    spoil(at);
-    planError(at + bit_);
+    const bool isLit = state_.passes() && at < litUntil_;
+    if (isLit) spoil(at);
+    planError(isLit ? at + bit_ : now);
   }
 }
 
 void Fibre::take(LightEdge edge) {
-  input_ = edge.level;
   if (edge.level) {
     distance_ = edge.at - rose_;
     rose_ = edge.at;
@@ -74,6 +73,7 @@ void Fibre::take(LightEdge edge) {
     if (!edge.level) skip_ = false;
     return;
   }
+  litUntil_ = edge.at + kDark;
   Time at = edge.at;
   if (optics_.jitterNs > 0) {
     const double width = optics_.jitterNs * static_cast<double>(kNs);
@@ -85,37 +85,37 @@ void Fibre::take(LightEdge edge) {
   emit(at, edge.level);
   if (!edge.level && optics_.extra > 0 && chance(1.0 / static_cast<double>(optics_.extra))) {
     emit(at + kShortest, true);
-    emit(at + kShortest + kExtra / 2, false);
+    emit(at + kShortest + kExtra, false);
   }
 }
 
 // What a module sends that no longer obeys its node.
 void Fibre::takeStuck(Time now) {
-  if (stuck_ == Stuck::dark || stuck_ == Stuck::light) {
-    if (stuckNext_ < now) emit(stuckNext_, stuck_ == Stuck::light);
-    stuckNext_ = now;
+  stuckNext_ = std::max(stuckNext_, delivered_);
+  if (state_.stuck == Stuck::dark || state_.stuck == Stuck::light) {
+    if (stuckNext_ < now) emit(stuckNext_, state_.stuck == Stuck::light);
     return;
   }
-  const Time half = (stuck_ == Stuck::dominant ? kDominant : kRecessive) / 2;
+  const Time half = (state_.stuck == Stuck::dominant ? kDominant : kRecessive) / 2;
   for (; stuckNext_ < now; stuckNext_ += half) emit(stuckNext_, !level_);
 }
 
 void Fibre::deliver(std::deque<LightEdge>& receiver, int phase, Time now) {
   std::vector<LightEdge>& launched = launched_[phase];
   to_ = &receiver;
-  if (!whole_) {
+  if (!state_.whole) {
     // It is dark behind the cut, from when the last light has passed.
-    for (const LightEdge& e : launched) input_ = e.level;
-    emit(now, false);
-  } else if (stuck_ != Stuck::no) {
-    for (const LightEdge& e : launched) input_ = e.level;
+    emit(delivered_, false);
+  } else if (state_.stuck != Stuck::no) {
     takeStuck(now);
   } else {
     for (const LightEdge& e : launched) {
       errorsUntil(e.at);
       take(e);
     }
-    errorsUntil(now);
   }
+  errorsUntil(now);
   launched.clear();
+  delivered_ = now;
+  state_ = wanted_;
 }

@@ -34,13 +34,14 @@ class Fibre {
   const Optics& optics() const { return optics_; }
   // To be called after the optics were changed.
   void changed();
-  bool whole() const { return whole_; }
-  // The fibre is cut at its beginning: what is on its way arrives.
-  void setWhole(bool whole);
+  // The fibre is cut at its beginning: what is on its way arrives. This, and what a module is stuck at, holds
+  // from the end of the next delivery on: what was launched until now still has to be handed over.
+  bool whole() const { return wanted_.whole; }
+  void setWhole(bool whole) { wanted_.whole = whole; }
   // A dead module behind a node that goes on: no light, constant light, or the tone of one level for ever.
   enum class Stuck { no, dark, light, dominant, recessive };
-  Stuck stuck() const { return stuck_; }
-  void setStuck(Stuck stuck, Time now);
+  Stuck stuck() const { return wanted_.stuck; }
+  void setStuck(Stuck stuck) { wanted_.stuck = stuck; }
 
   // Two nodes may run at the same time, each by a processor of its own: one of them launches edges in phase 0
   // or 1, and meanwhile the other one gets those that were launched in the other phase.
@@ -64,16 +65,22 @@ class Fibre {
 
   Time delay_, bit_;
   Optics optics_;
-  bool whole_ = true;
-  Stuck stuck_ = Stuck::no;
+  struct State {
+    bool whole = true;
+    Stuck stuck = Stuck::no;
+    bool passes() const { return whole && stuck == Stuck::no; }
+  };
+  State state_, wanted_;
+  Time delivered_ = 0;  // until when edges were handed over
   Time stuckNext_ = 0;
   std::mt19937_64 random_;
   std::vector<LightEdge> launched_[2];
   std::deque<LightEdge>* to_ = nullptr;
-  bool level_ = false;                 // that was emitted last
-  Time lastAt_ = 0;                    // when
-  bool input_ = false, skip_ = false;  // level launched last; the pulse that is on is missing
-  Time rose_ = 0, distance_ = 0;       // of rising edges launched
+  bool level_ = false;            // that was emitted last
+  Time lastAt_ = 0;               // when
+  bool skip_ = false;             // the pulse that is on is missing
+  Time rose_ = 0, distance_ = 0;  // of rising edges launched
+  Time litUntil_ = 0;             // as far as edges that have passed tell
   Time errorAt_ = kNever, errorEnd_ = 0;
   double weak_ = 0;  // probability that a pulse is too weak
   uint64_t bitsWrong_ = 0, pulsesLost_ = 0;
