@@ -203,8 +203,8 @@ object RingProcess {
     assert(code == 0, said)
     val Line = raw"\((\d+)\.(\d{6})\) can0 (\S+)".r
     logs.map { case (n, log) =>
-      n -> Files.readAllLines(log).asScala.toSeq.collect {
-        case Line(s, us, frame) => Logged(s.toLong * 1000000 + us.toLong, frame)
+      n -> Files.readAllLines(log).asScala.toSeq.collect { case Line(s, us, frame) =>
+        Logged(s.toLong * 1000000 + us.toLong, frame)
       }
     }.toMap
   }
