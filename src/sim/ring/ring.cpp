@@ -107,7 +107,10 @@ void Ring::setPower(size_t i, bool on) {
 
 void Ring::setHost(size_t i, bool runs) {
   if (!powered(i)) throw UserError("node " + std::to_string(i + 1) + " has no power.");
-  node(i).setHost(runs ? makeHost(i) : nullptr);
+  Node& n = *nodes_[i];
+  // At power-on the host begins behind the reset.
+  if (n.resetEnd != kNever && !n.slave->host()) n.boots = runs;
+  else n.slave->setHost(runs ? makeHost(i) : nullptr);
 }
 
 void Ring::resetController(size_t i) {

@@ -1,6 +1,6 @@
 package flyframe.ring
 
-import java.nio.file.Files
+import java.nio.file.{Files, Path}
 import flyframe.Directory
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.concurrent.ExecutionContext.Implicits.global
@@ -305,6 +305,17 @@ class RingSimulatorSpec extends AnyFlatSpec {
     assert(run("5 cut 1\n10 quit\n")._2 == 0)
     val (text, code) = run("10000000000 cut 1\n")
     assert(code == 2 && text.contains("is no time in us up to") && text.count(_ == '\n') == 1, text)
+  }
+
+  private def scriptOf(lines: String): Path =
+    Files.writeString(Directory.lasting("ring").resolve("script"), lines)
+
+  it should "start a host at power-on or not, as it was told last" in {
+    val lines = "20 off 1\n40 on 1\n40 host 1 stop\n60 off 2\n80 on 2\n80 host 2 stop\n80 host 2 start\n"
+    using(relay(2), "--script", s"${scriptOf(lines)}") { ring =>
+      ring.run(100)
+      assert(Seq(1, 2).map(ring.node(_)("runs").bool) == Seq(false, true))
+    }
   }
 
   it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
