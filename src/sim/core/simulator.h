@@ -120,6 +120,8 @@ class Sender : public Actor {
   }
   void push(Symbol s) { queue_.push_back(s); }
   void pushIdle(int nibbles) { queue_.insert(queue_.end(), nibbles, Symbol{}); }
+  // What waits is lost.
+  void clear() { queue_.clear(); }
   void setPpm(double ppm) { period_ = periodOf(25, ppm); }
   void shift(Time by) { next += by; }
   // Leaves out the slots before `t`.

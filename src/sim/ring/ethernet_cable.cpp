@@ -23,8 +23,10 @@ EthernetCable::EthernetCable(Slave& node)
 void EthernetCable::setPower(bool on, Time now) {
   powered_ = on;
   node_.setLink(kPort, on);
-  // The rest of a frame, which nobody takes for one.
-  if (on) sender_.skipTo(now);
+  if (!on) return sender_.clear();
+  // What the node has got of a frame ends.
+  sender_.skipTo(now);
+  sender_.pushIdle(kMinimumGap);
 }
 
 void EthernetCable::send(const Bytes& frame, Time now) {

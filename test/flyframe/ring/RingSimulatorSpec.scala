@@ -1,12 +1,13 @@
 package flyframe.ring
 
+import java.net.{DatagramPacket, DatagramSocket, InetAddress}
 import java.nio.file.{Files, Path}
 import flyframe.Directory
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.concurrent.ExecutionContext.Implicits.global
 import scala.concurrent.duration._
 import scala.concurrent.{Await, Future}
-import scala.util.Random
+import scala.util.{Random, Using}
 
 /** Rings of nodes in RTL with their host programs in C, in the simulator: what a user of a node gets while
   * fibres break, light is bad, and nodes, controllers and hosts come and go.
@@ -317,6 +318,27 @@ class RingSimulatorSpec extends AnyFlatSpec {
       assert(Seq(1, 2).map(ring.node(_)("runs").bool) == Seq(false, true))
     }
   }
+
+  it should "lose what is on the cable of a node that loses its power" in
+    Using.resource(new DatagramSocket(0, InetAddress.getLoopbackAddress)) { server =>
+      val key     = Files.writeString(Directory.lasting("ring").resolve("key"), "00" * 16)
+      val options = Seq("--server-port", s"${server.getLocalPort}", "--key", s"$key")
+      val nodes   = Seq(ujson.Obj("preset" -> "ring-server", "host" -> "server"), ujson.Obj("host" -> "none"))
+      using(relay(2, "nodes" -> nodes), options: _*) { ring =>
+        val report = new DatagramPacket(new Array(2000), 2000)
+        server.setSoTimeout(60000)
+        server.receive(report)
+        // More than the cable carries until all have come there, beside frames of ARP.
+        val before = ring.node(1)("to_node").num
+        for (_ <- 1 to 40) server.send(new DatagramPacket(new Array(1000), 1000, report.getSocketAddress))
+        ring.await("all are on the cable", 10000)(ring.node(1)("to_node").num >= before + 40)
+        assert(ring.node(1)("refused").num < 30)
+        ring.ask("off 1")
+        ring.ask("on 1")
+        ring.run(3000)
+        assert(ring.node(1)("fault").str == "good" && ring.node(1)("refused").num < 5)
+      }
+    }
 
   it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
     val wrong = Seq(
