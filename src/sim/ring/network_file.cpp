@@ -77,6 +77,8 @@ class NodeReader : private JsonReader {
     if (parameter("canPorts") < 2) bad("has preset '" + spec.preset + "', which has no twisted pair");
     if (spec.parameters.bridge && parameter("bridge") == 0)
       bad("has preset '" + spec.preset + "', which has no bridge");
+    if (spec.parameters.bridge && (spec.program == "can" || spec.program == "none"))
+      bad("has a bridge, but the host '" + spec.program + "', which sets none up");
     if (spec.parameters.pair_kbps == 0) spec.parameters.pair_kbps = 1000;
     if (core * 40 % spec.parameters.pair_kbps != 0)
       bad("cannot have " + std::to_string(spec.parameters.pair_kbps) + " kbit/s on its pair");

@@ -253,6 +253,9 @@ class RingSimulatorSpec extends AnyFlatSpec {
       """{"nodes": [{"host": "dog"}, {}]}"""        -> "has the host 'dog'; known: node, can, none",
       """{"nodes": [{"preset": "ring-bus"}, {}]}""" -> "has preset 'ring-bus', which has no relay mode",
       """{"nodes": [{"preset": "slave"}, {}]}"""    -> "preset 'slave' is not built into this program"
+    ) ++ Seq("can", "none").map(h =>
+      s"""{"nodes": [{"preset": "$pairNode", "pair": "a", "bridge": true, "host": "$h"}, {}]}""" ->
+        s"has a bridge, but the host '$h'"
     )
     for ((network, sentence) <- mistakes) {
       val (text, code) = wrong(network)
