@@ -14,8 +14,9 @@ constexpr uint32_t kPassUs = 1000;    // a host that waits for so long is at the
 constexpr uint8_t kErased = 0xff;
 }  // namespace
 
-FirmwareHost::FirmwareHost(BoardHardware& hardware)
+FirmwareHost::FirmwareHost(BoardHardware& hardware, Passes passes)
     : hardware_(hardware),
+      passes_(passes),
       log_(BOARD_LOG_RECORDS * BOARD_LOG_BYTES, kErased) {
   std::ifstream file(logFile(), std::ios::binary);
   if (file) file.read(reinterpret_cast<char*>(log_.data()), static_cast<std::streamsize>(log_.size()));
@@ -88,12 +89,16 @@ void FirmwareHost::boot() {
   if (hardware_.bootMs > 0) sleepNs(hardware_.bootMs * 1e6);
 }
 
+void FirmwareHost::endPass() {
+  if (hardware_.slowMs > 0) sleepNs(hardware_.slowMs * 1e6);
+}
+
 bool FirmwareHost::isWoken() { return slave().irq(); }
 
 void FirmwareHost::waitForInterrupt(uint32_t us) {
   const uint64_t end = slave().cycles() + us * static_cast<uint64_t>(kUs / slave().corePeriod());
   while (!isWoken() && slave().cycles() < end) sleepNs(kInterruptNs);
-  if (us >= kPassUs && hardware_.slowMs > 0) sleepNs(hardware_.slowMs * 1e6);
+  if (us >= kPassUs && passes_ == Passes::endWaiting) endPass();
 }
 
 uint32_t FirmwareHost::timeUs() { return static_cast<uint32_t>(slave().nextRise() / kUs); }

@@ -37,7 +37,9 @@ struct BoardHardware {
 // A board with a host program in C.
 class FirmwareHost : public Host {
  public:
-  explicit FirmwareHost(BoardHardware& hardware);
+  // How it is known that a pass of the program ends: where it waits for as long as it may, or it says so.
+  enum class Passes { endWaiting, areTold };
+  explicit FirmwareHost(BoardHardware& hardware, Passes passes = Passes::endWaiting);
   std::string command(const std::vector<std::string>& words) override;
 
   // What struct board stands for.
@@ -57,6 +59,8 @@ class FirmwareHost : public Host {
  protected:
   // Before the program begins.
   void boot();
+  // A pass of the program ends: a slow host takes longer.
+  void endPass();
   // Waiting ends.
   virtual bool isWoken();
   board board_{this};
@@ -64,5 +68,6 @@ class FirmwareHost : public Host {
  private:
   std::filesystem::path logFile() const { return hardware_.store.string() + ".log"; }
   BoardHardware& hardware_;
+  Passes passes_;
   std::vector<uint8_t> log_;
 };

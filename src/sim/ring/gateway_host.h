@@ -11,7 +11,7 @@ extern "C" {
 class RingGatewayHost : public FirmwareHost {
  public:
   RingGatewayHost(BoardHardware& hardware, const ring_node_parameters& parameters)
-      : FirmwareHost(hardware),
+      : FirmwareHost(hardware, Passes::areTold),
         parameters_(parameters) {}
   ~RingGatewayHost() override { stop(); }
 
@@ -24,6 +24,7 @@ class RingGatewayHost : public FirmwareHost {
     gateway_start(&gateway_, &board_, &ring_, &parameters_);
     for (;;) {
       gateway_wait(&gateway_, kPassUs);
+      endPass();
       gateway_serve(&gateway_);
     }
   }

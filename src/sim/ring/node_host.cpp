@@ -116,6 +116,7 @@ void RingNodeHost::run() {
   ring_node_start(&node_, &board_, &parameters_);
   for (;;) {
     ring_node_wait(&node_, asked_ ? 0 : kPassUs);
+    endPass();
     asked_ = false;
     ring_node_serve(&node_);
     if (!node_.began) continue;

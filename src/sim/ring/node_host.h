@@ -28,7 +28,7 @@ class RingNodeHost : public FirmwareHost {
   };
 
   RingNodeHost(BoardHardware& hardware, const ring_node_parameters& parameters)
-      : FirmwareHost(hardware),
+      : FirmwareHost(hardware, Passes::areTold),
         parameters_(parameters) {}
   ~RingNodeHost() override { stop(); }
 

@@ -10,7 +10,7 @@ extern "C" {
 class RingServerHost : public FirmwareHost {
  public:
   RingServerHost(BoardHardware& hardware, const ring_server_parameters& parameters)
-      : FirmwareHost(hardware),
+      : FirmwareHost(hardware, Passes::areTold),
         parameters_(parameters) {}
   ~RingServerHost() override { stop(); }
 
@@ -23,6 +23,7 @@ class RingServerHost : public FirmwareHost {
     ring_server_start(&server_, &board_, &parameters_);
     for (;;) {
       ring_server_wait(&server_, kPassUs);
+      endPass();
       ring_server_serve(&server_);
     }
   }

@@ -322,6 +322,16 @@ class RingSimulatorSpec extends AnyFlatSpec {
     }
   }
 
+  it should "make each pass of a slow host longer" in using(relay(2)) { ring =>
+    ring.awaitWhole(StartUs)
+    ring.ask("host 1 slow 5")
+    exchange(ring, 1, 2, 2, Seq(2))
+    // It is taken in one pass, sent by the next one, and by a third one it is over.
+    val before = ring.us()
+    exchange(ring, 1, 2, 2, Seq(2))
+    assert(ring.us() - before > 12500)
+  }
+
   it should "lose what is on the cable of a node that loses its power" in
     Using.resource(new DatagramSocket(0, InetAddress.getLoopbackAddress)) { server =>
       val key     = Files.writeString(Directory.lasting("ring").resolve("key"), "00" * 16)
