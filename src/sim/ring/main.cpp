@@ -67,8 +67,8 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   std::vector<pollfd> fds;
   while (!quit && !stop.isWanted() && ring.now() < end) {
     ring.runUntil(std::min(ring.now() + kLook, script.next()));
+    doors.serve();  // before a script ends a host, with what has happened at its port
     script.run(ring.now(), command);
-    doors.serve();
     if (levels) levels->flush();
     if (plant) plant->serve();
     if (master) master->serve();
