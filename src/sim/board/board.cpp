@@ -108,6 +108,12 @@ void FirmwareHost::notice(const char* sentence) {
   std::fprintf(stderr, "host of %s: %s\n", hardware_.name.c_str(), sentence);
 }
 
+void FirmwareHost::draw(uint8_t* bytes, uint16_t length) {
+  std::random_device device;
+  std::generate_n(bytes, length,
+                  [&] { return static_cast<uint8_t>(hardware_.noise ? (*hardware_.noise)() : device()); });
+}
+
 extern "C" {
 void board_read(board* b, uint16_t address, uint8_t* data, uint16_t length) {
   b->host->readRegisters(static_cast<uint16_t>(b->base + address), data, length);
@@ -121,12 +127,7 @@ bool board_log_write(board* b, uint16_t index, const uint8_t* record) {
   return b->host->writeLog(index, record);
 }
 bool board_log_read(board* b, uint16_t index, uint8_t* record) { return b->host->readLog(index, record); }
-// Really random, whatever the seed of the simulation is: a server knows lives of earlier simulations.
-bool board_random(board*, uint8_t* bytes, uint16_t length) {
-  std::random_device noise;
-  for (uint16_t i = 0; i < length; ++i) bytes[i] = static_cast<uint8_t>(noise());
-  return true;
-}
+bool board_random(board* b, uint8_t* bytes, uint16_t length) { return b->host->draw(bytes, length), true; }
 void board_wait(board* b, uint32_t us) { b->host->waitForInterrupt(us); }
 uint32_t board_time(board* b) { return b->host->timeUs(); }
 void board_watchdog(board* b) { b->host->serveWatchdog(); }

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,9 @@ struct BoardHardware {
   std::array<std::string, PANEL_MOST_LINES> display;
   Time watched = 0;  // when the watchdog was served last; it resets nobody here
   std::vector<std::string> notices;
+  // What it draws random numbers from, where a simulation is to be the same each time. Without one they are
+  // really random: a server knows lives of earlier simulations.
+  std::optional<std::mt19937> noise;
 };
 
 // A board with a host program in C.
@@ -55,6 +60,7 @@ class FirmwareHost : public Host {
   uint8_t inputs();
   void display(uint8_t line, const char* text) { hardware_.display.at(line) = text; }
   void notice(const char* sentence);
+  void draw(uint8_t* bytes, uint16_t length);
 
  protected:
   // Before the program begins.

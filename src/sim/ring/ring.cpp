@@ -33,6 +33,9 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options)
                                       static_cast<Time>(random() % static_cast<uint64_t>(period)));
     n.board.name = name;
     n.board.store = options.state / ("node-" + std::to_string(i + 1));
+    // The session numbers of a gateway are for a server that must not be able to foresee them.
+    std::seed_seq seed{spec.seed, uint64_t{i}};
+    if (s.program != "server") n.board.noise.emplace(seed);
     const Time bit = 1'000'000 / s.parameters.kbps * kNs;
     for (auto* fibre : {&n.there, &n.back}) {
       *fibre = std::make_unique<Fibre>(s.fibreKm, bit, random());

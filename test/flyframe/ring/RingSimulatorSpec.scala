@@ -353,6 +353,20 @@ class RingSimulatorSpec extends AnyFlatSpec {
       }
     }
 
+  it should "be the same each time, also where a host draws its life" in {
+    def lives() =
+      using(relay(3), "--script", s"${scriptOf((1 to 3).map(n => s"0 storage $n fail\n").mkString)}") {
+        ring =>
+          val nodes = 1 to 3
+          ring.await("all have begun", 10000)(
+            nodes.forall(ring.node(_).obj.get("fault").exists(_.str == "store"))
+          )
+          nodes.map(ring.node(_)("life").num.toInt)
+      }
+    val first = lives()
+    assert(lives() == first && first.distinct.size == 3)
+  }
+
   it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
     val wrong = Seq(
       "cut 3",
