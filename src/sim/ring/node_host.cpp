@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/slave.h"
+#include "core/user_error.h"
 
 namespace {
 constexpr uint32_t kPassUs = 1000;
@@ -13,6 +14,13 @@ std::vector<unsigned> addressesIn(const uint8_t* map) {
   for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
     if (map[a / 8] >> a % 8 & 1) addresses.push_back(a);
   return addresses;
+}
+
+void takePlace(std::set<std::pair<unsigned, unsigned>>& objects, std::pair<unsigned, unsigned> one,
+               size_t most, const char* does) {
+  if (objects.size() >= most && objects.count(one) == 0)
+    throw UserError("the node already " + std::string(does) + " " + std::to_string(most) + " objects.");
+  objects.insert(one);
 }
 }  // namespace
 
@@ -27,7 +35,13 @@ unsigned RingNodeHost::send(unsigned destination, bool urgent, const Bytes& data
 }
 
 void RingNodeHost::setObject(unsigned destination, unsigned number, const Bytes& data) {
+  takePlace(set_, {destination, number}, TRANSPORT_OBJECTS, "sends");
   objects_.push_back({destination, number, data});
+  asked_ = true;
+}
+
+void RingNodeHost::watch(unsigned source, unsigned number) {
+  takePlace(watched_, {source, number}, TRANSPORT_WATCHED, "follows");
   asked_ = true;
 }
 

@@ -35,9 +35,10 @@ class RingNodeHost : public FirmwareHost {
   const ring_node& state() const { return node_; }
   // Takes the number of a message that is to be sent; how it ends is told under it.
   unsigned send(unsigned destination, bool urgent, const Bytes& data);
-  // A value of process data; without bytes: no valid one.
+  // A value of process data; without bytes: no valid one. UserError if the transport has no place for it, nor
+  // for one that is watched.
   void setObject(unsigned destination, unsigned number, const Bytes& data);
-  void watch(unsigned source, unsigned number) { watched_.insert({source, number}), asked_ = true; }
+  void watch(unsigned source, unsigned number);
   void clearConflict() { clear_ = asked_ = true; }
   // Messages are left with the transport, which tells their senders BUSY, or refused.
   enum class Takes { all, none, refuses };
@@ -82,7 +83,7 @@ class RingNodeHost : public FirmwareHost {
   std::deque<Wanted> wanted_;
   std::map<unsigned, Bytes> underWay_;  // by tag: the transport does not copy them
   std::deque<Object> objects_;
-  std::set<std::pair<unsigned, unsigned>> watched_;
+  std::set<std::pair<unsigned, unsigned>> set_, watched_;  // objects: to whom, and of whom
   std::deque<Message> inbox_;
   std::deque<End> ends_;
 };

@@ -368,7 +368,11 @@ class RingSimulatorSpec extends AnyFlatSpec {
   }
 
   it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
+    // As many values as a node sends and follows, each of them twice.
+    for (_ <- 1 to 2; n <- 0 until 64; line <- Seq(s"object 1 2 $n 00", s"watch 1 2 $n")) ring.ask(line)
     val wrong = Seq(
+      "object 1 2 64 00",
+      "watch 1 2 64",
       "cut 3",
       "cut",
       "cut 1 sideways",
