@@ -154,6 +154,11 @@ class Slave : public Actor {
   std::function<void(LightEdge)> onPair;
   // The levels inside a ring node, a bit for each in the order of Pins::levels: called when one has changed.
   std::function<void(Time, unsigned levels)> onLevels;
+  static constexpr unsigned kNoLevels = ~0u;  // of a node without power
+  void loseLevels(Time now) {
+    levels_ = kNoLevels;
+    if (onLevels) onLevels(now, levels_);
+  }
   // The optional pin by which an optical module says that it has light.
   void setOpticalSignal(int port, bool on) {
     *pins_.optical[static_cast<size_t>(port)].signal = on, unseenLow_ |= 1;

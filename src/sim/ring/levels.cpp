@@ -9,6 +9,11 @@ namespace {
 constexpr const char* kNames[] = {"bus", "drive", "R1", "R2", "T1", "T2"};
 constexpr size_t kLevels = std::size(kNames);
 
+char levelOf(unsigned levels, size_t level) {
+  if (levels == Slave::kNoLevels) return 'x';
+  return levels >> level & 1 ? '1' : '0';
+}
+
 // Two printable characters are enough for 125 nodes.
 std::string sign(size_t node, size_t level) {
   const size_t n = node * kLevels + level;
@@ -49,8 +54,8 @@ LevelRecorder::~LevelRecorder() {
 void LevelRecorder::write(const Change& c) {
   if (c.at / kNs != at_) std::fprintf(file_, "#%lld\n", static_cast<long long>(at_ = c.at / kNs));
   for (size_t l = 0; l < kLevels; ++l)
-    if ((c.levels ^ last_[c.node]) >> l & 1)
-      std::fprintf(file_, "%u%s\n", c.levels >> l & 1, sign(c.node, l).c_str());
+    if (levelOf(c.levels, l) != levelOf(last_[c.node], l))
+      std::fprintf(file_, "%c%s\n", levelOf(c.levels, l), sign(c.node, l).c_str());
   last_[c.node] = c.levels;
 }
 

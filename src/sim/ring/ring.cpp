@@ -105,6 +105,7 @@ void Ring::setPower(size_t i, bool on) {
     if (i < ringSize_)
       for (int port : {0, 1}) n.slave->onLight(port, {now_, false});
     for (auto& [name, pair] : pairs_) pair.release(*n.slave, now_);
+    n.slave->loseLevels(now_);
   }
 }
 

@@ -558,6 +558,28 @@ class DoorsSpec extends AnyFlatSpec {
     assert(ids.size >= dlcs)
   }
 
+  "TL-03: levels of a node without power" should "be unknown" in {
+    val folder  = Directory.lasting("levels")
+    val vcd     = folder.resolve("ring.vcd")
+    val network = Files.writeString(folder.resolve("ring.json"), ujson.write(relay(2)))
+    val script  = Files.writeString(folder.resolve("script"), "50 off 1\n100 on 1\n")
+    val files =
+      Seq("--network", s"$network", "--script", s"$script", "--state", s"${folder.resolve("state")}")
+    val (text, code) = outputOf(files ++ Seq("--vcd", s"$vcd", "--end-ms", "0.2"): _*)
+    assert(code == 0, text)
+    val lines = Files.readAllLines(vcd).asScala.toSeq
+    val signs = lines.collect { case s"$$var wire 1 $sign $_ $$end" => sign }
+    def changes(fromNs: Int, toNs: Int) = {
+      val behind = lines.dropWhile(l => !l.startsWith("#") || l.drop(1).toInt < fromNs)
+      behind.takeWhile(l => !l.startsWith("#") || l.drop(1).toInt < toNs)
+    }
+    val off = changes(50000, 100000).filter(l => signs.take(6).contains(l.drop(1)))
+    assert(off == signs.take(6).map("x" + _))
+    val on = changes(100000, 101000).filter(l => signs.take(6).contains(l.drop(1)))
+    assert(on.size >= 6 && !on.exists(_.startsWith("x")), on)
+    assert(lines.count(_.startsWith("x")) == 6)
+  }
+
   "TL-05: a CAN interface that always has another frame" should "not stop a ring whose port has no host" in {
     val folder  = Directory.lasting("flooded")
     val library = folder.resolve("flooded_can.so")
