@@ -1,16 +1,18 @@
 #include "ring/script.h"
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 Script::Script(const std::string& path) : path_(path) {
   std::ifstream file(path);
   std::string text;
-  if (!path.empty() && !file) throw UserError("cannot read the script '" + path + "'.");
+  if (!path.empty() && (!file || std::filesystem::is_directory(path)))
+    throw UserError("cannot read the script '" + path + "'.");
   for (size_t number = 1; std::getline(file, text); ++number) {
-    std::istringstream words(text.substr(0, text.find('#') == 0 ? 0 : std::string::npos));
+    std::istringstream words(text);
     std::string us, word;
-    if (!(words >> us)) continue;
+    if (!(words >> us) || us[0] == '#') continue;
     Line line{0, number, {}};
     constexpr Time kLatest = kNever / kUs - 1;
     if (us.size() > 12 || us.find_first_not_of("0123456789") != std::string::npos || std::stoll(us) > kLatest)

@@ -300,15 +300,20 @@ class RingSimulatorSpec extends AnyFlatSpec {
   }
 
   it should "end when a script says so, and take no time that it cannot count to" in {
-    def run(script: String) = {
+    def start(script: Path) = {
       val folder = Directory.lasting("ring")
       val file   = Files.writeString(folder.resolve("network.json"), """{"nodes": 2}""")
-      val lines  = Files.writeString(folder.resolve("script"), script)
-      outputOf("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$lines")
+      val files  = Seq("--network", s"$file", "--state", s"${folder.resolve("state")}")
+      outputOf(files ++ Seq("--script", s"$script", "--end-ms", "1"): _*)
     }
-    assert(run("5 cut 1\n10 quit\n")._2 == 0)
-    val (text, code) = run("10000000000 cut 1\n")
-    assert(code == 2 && text.contains("is no time in us up to") && text.count(_ == '\n') == 1, text)
+    def run(script: String) = start(scriptOf(script))
+    assert(run("# a comment\n  # another one\n\n5 cut 1\n10 quit\n")._2 == 0)
+    for (
+      ((text, code), sentence) <- Seq(
+        run("10000000000 cut 1\n")       -> "is no time in us up to",
+        start(Directory.lasting("ring")) -> "cannot read the script"
+      )
+    ) assert(code == 2 && text.contains(sentence) && text.count(_ == '\n') == 1, text)
   }
 
   private def scriptOf(lines: String): Path =
