@@ -442,8 +442,8 @@ class DoorsSpec extends AnyFlatSpec {
       1300L -> "pair a free",
       1400L -> "on 4",
       3000L -> "frame 3 123#01",
-      // It loses its power as soon as it has the frame: the log has it, too. Nobody acknowledges then, and the
-      // pair fails within a frame.
+      // It loses its power as soon as it has the frame: the log has it, too. Nobody acknowledges then, and
+      // the pair fails within a frame.
       3075L -> "off 4",
       3250L -> "frame 3 124#0000000000000000",
       5600L -> "pair a dominant",
