@@ -22,7 +22,7 @@ final case class RingPlan(nodes: Int = 0, metres: Int = 0, coreClockMhz: Int = 1
   /** FR-38 */
   private def busMode: String = {
     // Not above 1 Mbit/s.
-    val least = Reach.prescaler(metres, nodes, coreClockMhz) max (coreClockMhz / Reach.Quanta)
+    val least = Reach.prescaler(metres, nodes, coreClockMhz, quanta) max (coreClockMhz / quanta)
     val usual = Reach.Rates.find(Reach.metres(_, nodes, coreClockMhz) >= metres)
     if (least > RingPlan.MostPrescaler) "Bus mode: too long for any bit rate (FR-38)."
     else
@@ -32,7 +32,9 @@ final case class RingPlan(nodes: Int = 0, metres: Int = 0, coreClockMhz: Int = 1
         )
   }
 
-  private def rate(prescaler: Long) = coreClockMhz * 1000.0 / (Reach.Quanta * prescaler)
+  private def quanta = RingPage.timing.length
+
+  private def rate(prescaler: Long) = coreClockMhz * 1000.0 / (quanta * prescaler)
 
   private def timing(prescaler: Long) = {
     val value = prescaler - 1 | RingPage.timingBytes.toLong << 16

@@ -16,8 +16,8 @@ class RingPlanSpec extends AnyFlatSpec {
       assert(usual(metres) == s"$kbps", s"$nodes nodes, $metres m, $mhz MHz")
       assert(usual(metres + 1) != s"$kbps")
       val prescaler = RingPage.prescaler(mhz, kbps).toLong
-      val least     = Reach.prescaler(metres, nodes, mhz)
-      assert(least <= prescaler && Reach.prescaler(metres + 1, nodes, mhz) > least - 1)
+      val least     = Reach.prescaler(metres, nodes, mhz, 25)
+      assert(least <= prescaler && Reach.prescaler(metres + 1, nodes, mhz, 25) > least - 1)
       // T of 25 quanta is 2 D / 0.72 at least, and with one cycle less it is not.
       val way                  = 2.0 * (Reach.nodeNs(mhz) * (nodes - 1) + Reach.NsPerMetre * metres) / 0.72
       def bit(prescaler: Long) = prescaler * 25 * 1000.0 / mhz

@@ -26,18 +26,23 @@ object Reach {
 
   /** The greatest bit rate in bit/s of a ring of this length. */
   def bitsPerSecond(metres: Int, nodes: Int, coreClockMhz: Int = 100): Int = {
-    val oneWay = nodeNs(coreClockMhz).toLong * (nodes - 1) + NsPerMetre.toLong * metres
-    (1000000000L * Percent / 100 / (2 * oneWay)).toInt
+    (1000000000L * Percent / 100 / (2 * oneWay(metres, nodes, coreClockMhz))).toInt
   }
 
-  /** The least core cycles of a quantum, 25 of them a bit, with which a ring of this length works. */
-  def prescaler(metres: Int, nodes: Int, coreClockMhz: Int = 100): Long = {
-    val way = 2 * (nodeNs(coreClockMhz).toLong * (nodes - 1) + NsPerMetre.toLong * metres)
-    (way * 100 * coreClockMhz + Quanta * Percent * 1000 - 1) / (Quanta * Percent * 1000)
+  /** The least core cycles of a quantum with which a ring of this length works.
+    *
+    * @param quanta
+    *   of a bit
+    */
+  def prescaler(metres: Int, nodes: Int, coreClockMhz: Int, quanta: Int): Long = {
+    val thereAndBack = 2 * oneWay(metres, nodes, coreClockMhz)
+    val perCycle     = quanta * Percent * 1000
+    (thereAndBack * 100 * coreClockMhz + perCycle - 1) / perCycle
   }
 
-  /** Of a bit. */
-  val Quanta = 25
+  /** ns to the farthest node. */
+  private def oneWay(metres: Int, nodes: Int, coreClockMhz: Int): Long =
+    nodeNs(coreClockMhz).toLong * (nodes - 1) + NsPerMetre.toLong * metres
 
   /** The bit rates and numbers of nodes of the table. */
   val Rates: Seq[Int] = Seq(1000, 500, 400, 250, 125, 100, 50, 20, 10, 5)
